@@ -1,0 +1,66 @@
+"""Puts the commands together and turns errors into one clear message and an exit code.
+
+Exit codes: 0 as expected, 1 an expectation failed (or replay differs), 2 bad scenario or usage,
+3 system error, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import click
+import typer
+
+from xgv_cosim._version import __version__
+from xgv_cosim.errors import RecordingError, WorldError, XgvCosimError
+
+EXIT_OK = 0
+EXIT_EXPECTATION_FAILED = 1
+EXIT_BAD_INPUT = 2
+EXIT_SYSTEM_ERROR = 3
+EXIT_INTERRUPTED = 130
+
+app = typer.Typer(
+    name="xgv-cosim",
+    help="Emulated drive-by-wire vehicles in SUMO traffic: e-stop, override and control modes under test.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+)
+
+
+def _show_version(wanted: bool) -> None:  # noqa: FBT001 - the signature that typer calls
+    if wanted:
+        typer.echo(f"xgv-cosim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: bool = typer.Option(  # noqa: ARG001, FBT001 - handled by its callback
+        False, "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
+    ),
+) -> None:
+    """Emulated drive-by-wire vehicles in SUMO traffic."""
+
+
+def exit_code_of(error: XgvCosimError) -> int:
+    """Return the exit code for an error that reached the command line."""
+    return EXIT_SYSTEM_ERROR if isinstance(error, (WorldError, RecordingError)) else EXIT_BAD_INPUT
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit with its code."""
+    try:
+        result = app(args=arguments, standalone_mode=False)
+    except XgvCosimError as error:
+        typer.echo(f"error: {error}", err=True)
+        sys.exit(exit_code_of(error))
+    except click.ClickException as error:
+        error.show()
+        sys.exit(EXIT_BAD_INPUT)
+    except (KeyboardInterrupt, click.Abort):
+        typer.echo("interrupted", err=True)
+        sys.exit(EXIT_INTERRUPTED)
+    sys.exit(result if isinstance(result, int) else EXIT_OK)

@@ -1,0 +1,15 @@
+"""Column types: one value per slot of the fleet, or per vehicle of a snapshot, shape ``(n,)``."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+FloatColumn = npt.NDArray[np.float64]
+IntColumn = npt.NDArray[np.int64]
+UInt8Column = npt.NDArray[np.uint8]
+UInt16Column = npt.NDArray[np.uint16]
+BoolColumn = npt.NDArray[np.bool_]
+
+FloatMatrix = npt.NDArray[np.float64]
+"""Shape ``(n, k)``."""

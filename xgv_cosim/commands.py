@@ -1,0 +1,110 @@
+"""Motion commands as values (as they arrive) and as columns (as the controllers read them)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from xgv_cosim.columns import FloatColumn, UInt8Column
+from xgv_cosim.errors import CommandError
+
+
+class CommandKind(IntEnum):
+    """Which kind of command a row of ``CommandColumns`` holds."""
+
+    NONE = 0
+    """No live command: none accepted yet, dropped, or expired."""
+    MOTION_PROFILE = 1
+    WRENCH_EFFORT = 2
+
+
+def _require_finite(command: MotionProfile | WrenchEffort) -> None:
+    for field in fields(command):
+        value = getattr(command, field.name)
+        if not math.isfinite(value):
+            raise CommandError(
+                f"{type(command).__name__}.{field.name}: got {value!r}, expected a finite number; "
+                "the command was not sent"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class MotionProfile:
+    """One motion of Set Motion Profile: closed-loop speed and curvature (XGV-05, XGV-58).
+
+    Raises:
+        CommandError: A value is NaN or infinite, or a limit or the duration is negative.
+    """
+
+    speed_mps: float
+    """Desired speed, negative in reverse."""
+    max_accel_mps2: float
+    """Greatest acceleration and deceleration towards it; 0 holds the speed (XGV-70)."""
+    curvature_per_m: float
+    """Desired path curvature, positive counter-clockwise (left)."""
+    max_curvature_rate_per_m_s: float
+    """Greatest rate of change of curvature; 0 holds the curvature (XGV-70)."""
+    duration_s: float
+    """How long the motion lasts; then it has expired (XGV-43)."""
+
+    def __post_init__(self) -> None:
+        _require_finite(self)
+        for name in ("max_accel_mps2", "max_curvature_rate_per_m_s", "duration_s"):
+            if getattr(self, name) < 0.0:
+                raise CommandError(f"MotionProfile.{name}: got {getattr(self, name)!r}, expected 0 or more")
+
+
+@dataclass(frozen=True, slots=True)
+class WrenchEffort:
+    """Set Wrench Effort: open-loop throttle, brake and steering (XGV-09, XGV-59).
+
+    Raises:
+        CommandError: A value is NaN or infinite, or outside its range.
+    """
+
+    throttle: float
+    """Share of full throttle, 0 to 1."""
+    brake: float
+    """Share of full brake effort, 0 to 1."""
+    steering: float
+    """Share of the greatest road-wheel angle, -1 to 1, positive counter-clockwise (left)."""
+
+    def __post_init__(self) -> None:
+        _require_finite(self)
+        for name, lower in (("throttle", 0.0), ("brake", 0.0), ("steering", -1.0)):
+            value = getattr(self, name)
+            if not lower <= value <= 1.0:
+                raise CommandError(f"WrenchEffort.{name}: got {value!r}, expected {lower:g} to 1")
+
+
+class CommandColumns(NamedTuple):
+    """The command in force of each slot; every column has shape ``(num_slots,)``."""
+
+    kind: UInt8Column
+    """``CommandKind``; ``NONE`` means no live command."""
+    expires_s: FloatColumn
+    """Simulation time at which the command ends, ``inf`` where there is none (XGV-43)."""
+    speed_mps: FloatColumn
+    """Commanded speed."""
+    max_accel_mps2: FloatColumn
+    """Commanded limit of acceleration and deceleration."""
+    curvature_per_m: FloatColumn
+    """Commanded curvature, positive counter-clockwise."""
+    max_curvature_rate_per_m_s: FloatColumn
+    """Commanded limit of the rate of change of curvature."""
+    throttle: FloatColumn
+    """Commanded throttle share."""
+    brake: FloatColumn
+    """Commanded brake share."""
+    steering: FloatColumn
+    """Commanded share of the greatest road-wheel angle, positive counter-clockwise."""
+
+
+def empty_commands(num_slots: int) -> CommandColumns:
+    """Return the columns of a fleet without commands."""
+    zeros = [np.zeros(num_slots) for _ in range(7)]
+    return CommandColumns(np.zeros(num_slots, np.uint8), np.full(num_slots, np.inf), *zeros)

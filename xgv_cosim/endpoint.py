@@ -1,0 +1,128 @@
+"""What a stack sends to a vehicle, what the vehicle answers, and the shape of a vehicle's endpoint.
+
+The in-process link hands these typed messages straight to the endpoint; a wire link decodes its
+datagrams into the same ones. Either way they meet the same component logic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from jaus.address import ComponentId, JausAddress
+from jaus.component import StatusCommand
+from xgv_cosim.commands import MotionProfile, WrenchEffort
+
+
+@dataclass(frozen=True, slots=True)
+class RequestControl:
+    """Request Component Control (XGV-20)."""
+
+    component: ComponentId
+    authority: int = 6
+    """0 to 255; public clients ask with 6 or 255 (XGV-20)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseControl:
+    """Release Component Control (XGV-20)."""
+
+    component: ComponentId
+
+
+@dataclass(frozen=True, slots=True)
+class CommandStatus:
+    """Resume, Standby, Shutdown, Reset, Set Emergency or Clear Emergency (XGV-25)."""
+
+    component: ComponentId
+    command: StatusCommand
+
+
+StackMessage = RequestControl | ReleaseControl | CommandStatus | MotionProfile | WrenchEffort
+"""Everything a stack may send in this version."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommandAccepted:
+    """A motion command became the one in force."""
+
+    command: MotionProfile | WrenchEffort
+    expires_s: float
+    """Simulation time at which it ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommandDropped:
+    """The command in force is gone: control mode changed, or control was lost (XGV-70)."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class MessageRefused:
+    """A message had no effect."""
+
+    message: StackMessage
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class EndpointChanged:
+    """Something of the endpoint's state changed; becomes a row of the event log."""
+
+    kind: str
+    """``control_mode``, ``ready_mode``, ``component_control``, ``component_status`` or ``error``."""
+    before: str
+    after: str
+    reasons: tuple[str, ...] = ()
+
+
+EndpointEvent = CommandAccepted | CommandDropped | MessageRefused | EndpointChanged
+
+
+class Endpoint(Protocol):
+    """One vehicle's endpoint: components, control, status and errors. Reads no clock (sans-IO)."""
+
+    @property
+    def control_mode(self) -> int:
+        """Return the profile's control mode code."""
+        ...
+
+    @property
+    def ready_mode(self) -> int:
+        """Return the profile's ready mode code."""
+        ...
+
+    @property
+    def device_bits(self) -> int:
+        """Return the safety-device bits that the endpoint itself sets, such as "errors detected"."""
+        ...
+
+    @property
+    def next_deadline_s(self) -> float:
+        """Return when ``handle_deadline`` is due, ``inf`` for never."""
+        ...
+
+    def receive(self, message: StackMessage, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
+        """Take one message from ``sender``."""
+        ...
+
+    def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
+        """Do what is due, for example ask again for the Primitive Driver (XGV-19)."""
+        ...
+
+    def command_expired(self, now_s: float) -> list[EndpointEvent]:
+        """Take note that the command in force has ended without a successor (XGV-43)."""
+        ...
+
+    def raise_error(self, code: int, now_s: float) -> list[EndpointEvent]:
+        """Raise an error code (XGV-38)."""
+        ...
+
+    def clear_error(self, code: int, now_s: float) -> list[EndpointEvent]:
+        """Clear an error code."""
+        ...
+
+    def reasons(self, safety_devices: int) -> tuple[str, ...]:
+        """Return why the safety mode is what it is, strongest cause first."""
+        ...

@@ -1,0 +1,227 @@
+"""The fleet: the state of all bound vehicles as columns, one row ("slot") per vehicle.
+
+Stage functions take columns and return new ones; only ``simulation/loop.py`` assigns into ``Fleet``.
+A free slot holds a valid, idle vehicle at standstill, so that no stage needs to skip it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from xgv_cosim.actuation import Driver, Lateral, Longitudinal
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, UInt16Column
+from xgv_cosim.commands import CommandColumns, empty_commands
+from xgv_cosim.errors import ScenarioError, UnknownVehicleError
+from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
+
+FIRST_CAPACITY = 32
+"""Slots of a new fleet; the capacity doubles when they are used up."""
+
+Columns = TypeVar("Columns", "Motion", "Reference", CommandColumns, ParameterColumns)
+
+
+class Motion(NamedTuple):
+    """What the plant knows of each slot. Frame east-north-up, reference point at the rear axle."""
+
+    x_m: FloatColumn
+    y_m: FloatColumn
+    heading_rad: FloatColumn
+    """Counter-clockwise from east."""
+    speed_mps: FloatColumn
+    """Forward speed, negative in reverse."""
+    accel_mps2: FloatColumn
+    """Longitudinal acceleration."""
+    curvature_per_m: FloatColumn
+    """Path curvature of the rear axle, positive counter-clockwise."""
+    steer_rad: FloatColumn
+    """Road-wheel angle, positive counter-clockwise."""
+    throttle: FloatColumn
+    """Throttle in effect, share 0 to 1."""
+    brake: FloatColumn
+    """Brake effort in effect, share 0 to 1."""
+    speed_error_integral_m: FloatColumn
+    """Integrator of the speed controller."""
+    travelled_m: FloatColumn
+    """Signed distance of the rear axle since the start of the world step."""
+
+
+class Reference(NamedTuple):
+    """What ruckig lets the controllers follow, at the present tick."""
+
+    speed_mps: FloatColumn
+    accel_mps2: FloatColumn
+    curvature_per_m: FloatColumn
+    curvature_rate_per_m_s: FloatColumn
+
+
+class Setpoints(NamedTuple):
+    """What each axis has to do until the next change: the modes' answer joined with the command."""
+
+    longitudinal: UInt8Column
+    """``actuation.Longitudinal``."""
+    lateral: UInt8Column
+    """``actuation.Lateral``."""
+    target_speed_mps: FloatColumn
+    """CLOSED_LOOP: commanded speed. CONTROLLED_STOP: 0."""
+    accel_limit_mps2: FloatColumn
+    """Greatest rise of speed, positive."""
+    decel_limit_mps2: FloatColumn
+    """Greatest fall of speed, positive."""
+    jerk_limit_mps3: FloatColumn
+    """``inf``: the acceleration may jump (XGV-36)."""
+    target_curvature_per_m: FloatColumn
+    curvature_rate_limit_per_m_s: FloatColumn
+    curvature_jerk_limit_per_m_s2: FloatColumn
+    throttle: FloatColumn
+    """OPEN_LOOP: commanded throttle share."""
+    brake: FloatColumn
+    """OPEN_LOOP: commanded brake share. CONTROLLED_STOP and HOLD: the effort held at standstill."""
+    steer_rad: FloatColumn
+    """OPEN_LOOP: commanded road-wheel angle."""
+
+
+class Modes(NamedTuple):
+    """Modes of each slot as the profile's own codes, and what they do to the axes."""
+
+    control_mode: UInt8Column
+    ready_mode: UInt8Column
+    safety_mode: UInt8Column
+    longitudinal: UInt8Column
+    """``actuation.Longitudinal`` with the driver in it."""
+    lateral: UInt8Column
+    """``actuation.Lateral`` with the driver in it."""
+
+
+def _zeros(kind: type[Motion] | type[Reference], num_slots: int) -> list[FloatColumn]:
+    return [np.zeros(num_slots) for _ in kind._fields]
+
+
+def _grown(columns: Columns, fresh: Columns) -> Columns:
+    """Return ``columns`` followed by ``fresh``, column by column."""
+    return type(columns)(*(np.concatenate(pair) for pair in zip(columns, fresh, strict=True)))
+
+
+@dataclass(slots=True)
+class Fleet:
+    """State of all bound vehicles; every column has shape ``(num_slots,)``."""
+
+    ids: list[str | None] = field(default_factory=lambda: [None] * FIRST_CAPACITY)
+    """Vehicle id of each slot, None where it is free."""
+    motion: Motion = field(default_factory=lambda: Motion(*_zeros(Motion, FIRST_CAPACITY)))
+    reference: Reference = field(default_factory=lambda: Reference(*_zeros(Reference, FIRST_CAPACITY)))
+    command: CommandColumns = field(default_factory=lambda: empty_commands(FIRST_CAPACITY))
+    parameters: ParameterColumns = field(
+        default_factory=lambda: parameter_columns(VehicleParameters(), FIRST_CAPACITY)
+    )
+    control_mode: UInt8Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint8))
+    """The profile's control mode code, 0 unknown (XGV-48)."""
+    ready_mode: UInt8Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint8))
+    """The profile's ready mode code, 0 unknown (XGV-49)."""
+    safety_mode: UInt8Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint8))
+    """The profile's safety mode code, 0 unknown (XGV-50)."""
+    safety_devices: UInt16Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint16))
+    """Bits of Report Vehicle Mode, field 6 (XGV-52)."""
+    partial_mode: UInt8Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint8))
+    """Bit 0 manual steering, bit 1 manual speed (XGV-51)."""
+    longitudinal: UInt8Column = field(
+        default_factory=lambda: np.full(FIRST_CAPACITY, Longitudinal.HOLD, np.uint8)
+    )
+    """``actuation.Longitudinal`` in force."""
+    lateral: UInt8Column = field(default_factory=lambda: np.full(FIRST_CAPACITY, Lateral.FREE, np.uint8))
+    """``actuation.Lateral`` in force."""
+    driver: UInt8Column = field(default_factory=lambda: np.full(FIRST_CAPACITY, Driver.NONE, np.uint8))
+    """``actuation.Driver`` aboard (XGV-64)."""
+    driver_reaction_s: FloatColumn = field(default_factory=lambda: np.ones(FIRST_CAPACITY))
+    """Time in which the rider takes an axis that was released without his doing (XGV-64)."""
+    speed_released_s: FloatColumn = field(default_factory=lambda: np.full(FIRST_CAPACITY, np.inf))
+    """Since when speed is released, ``inf`` while it is not."""
+    steering_released_s: FloatColumn = field(default_factory=lambda: np.full(FIRST_CAPACITY, np.inf))
+    """Since when steering is released, ``inf`` while it is not."""
+    handed_over: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
+    """False while the world's driver still keeps both axes after binding (``bind.start``)."""
+
+    @property
+    def num_slots(self) -> int:
+        """Capacity, free slots included."""
+        return len(self.ids)
+
+    @property
+    def bound(self) -> IntColumn:
+        """Slots in use, ascending."""
+        return np.array([slot for slot, name in enumerate(self.ids) if name is not None], np.int64)
+
+    @property
+    def bound_ids(self) -> tuple[str, ...]:
+        """Vehicle ids in slot order."""
+        return tuple(name for name in self.ids if name is not None)
+
+    def __iter__(self) -> Iterator[tuple[int, str]]:
+        return ((slot, name) for slot, name in enumerate(self.ids) if name is not None)
+
+    def slot_of(self, vehicle_id: str) -> int:
+        """Return the slot of a bound vehicle.
+
+        Raises:
+            UnknownVehicleError: No such vehicle is bound.
+        """
+        if vehicle_id not in self.ids:
+            raise UnknownVehicleError(vehicle_id, self.bound_ids)
+        return self.ids.index(vehicle_id)
+
+    def occupy(self, vehicle_id: str) -> int:
+        """Return a slot that now belongs to ``vehicle_id``; the capacity doubles if none is free.
+
+        Raises:
+            ScenarioError: The vehicle is bound already.
+        """
+        if vehicle_id in self.ids:
+            raise ScenarioError(f"vehicle {vehicle_id!r} is bound already; release it first")
+        if None not in self.ids:
+            self._double()
+        slot = self.ids.index(None)
+        self.ids[slot] = vehicle_id
+        return slot
+
+    def vacate(self, vehicle_id: str) -> int:
+        """Free the slot of ``vehicle_id``, put an idle vehicle into it, and return it."""
+        slot = self.slot_of(vehicle_id)
+        idle = Fleet()
+        for name in ("motion", "reference", "command", "parameters"):
+            for column, fresh in zip(getattr(self, name), getattr(idle, name), strict=True):
+                column[slot] = fresh[0]
+        for name in _SINGLE_COLUMNS:
+            getattr(self, name)[slot] = getattr(idle, name)[0]
+        self.ids[slot] = None
+        return slot
+
+    def _double(self) -> None:
+        fresh = Fleet()
+        while fresh.num_slots < self.num_slots:
+            fresh._double()  # noqa: SLF001 - the same class
+        self.motion = _grown(self.motion, fresh.motion)
+        self.reference = _grown(self.reference, fresh.reference)
+        self.command = _grown(self.command, fresh.command)
+        self.parameters = _grown(self.parameters, fresh.parameters)
+        for name in _SINGLE_COLUMNS:
+            setattr(self, name, np.concatenate([getattr(self, name), getattr(fresh, name)]))
+        self.ids.extend(fresh.ids)
+
+
+_SINGLE_COLUMNS = (
+    "control_mode",
+    "ready_mode",
+    "safety_mode",
+    "safety_devices",
+    "partial_mode",
+    "longitudinal",
+    "lateral",
+    "driver",
+    "driver_reaction_s",
+    "speed_released_s",
+    "steering_released_s",
+    "handed_over",
+)

@@ -1,0 +1,67 @@
+"""What a world returns after each step: all vehicles as columns, and what happened to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from xgv_cosim.columns import FloatColumn, IntColumn
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """A contact of two vehicles that the world reported in this step."""
+
+    collider: str
+    victim: str
+    kind: str
+    """The world's word for it, for example ``collision`` or ``junction``."""
+    lane_id: str
+    position_m: float
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """All vehicles of the world at ``time_s``; every column has shape ``(len(ids),)``.
+
+    Frame: east-north-up, metres, radians counter-clockwise from east. The reference point of this
+    traffic view is the centre of the front bumper (the plant's is the rear axle).
+    """
+
+    time_s: float
+    """Simulation time since the start of the run."""
+    ids: tuple[str, ...]
+    type_ids: tuple[str, ...]
+    """The world's vehicle type of each vehicle."""
+    front_x_m: FloatColumn
+    front_y_m: FloatColumn
+    heading_rad: FloatColumn
+    speed_mps: FloatColumn
+    accel_mps2: FloatColumn
+    length_m: FloatColumn
+    width_m: FloatColumn
+    lane: IntColumn
+    """Number of the lane in ``Road``, -1 off-road."""
+    lane_position_m: FloatColumn
+    """Distance of the front bumper from the beginning of the lane."""
+    next_lane: IntColumn
+    """Lane that follows on the vehicle's route, -1 where unknown; filled for bound vehicles."""
+    leader: IntColumn
+    """Index of the vehicle ahead in ``ids``, -1: none within sight; filled for bound vehicles."""
+    leader_gap_m: FloatColumn
+    """Distance from front bumper to the leader's rear bumper, ``inf`` without a leader."""
+    follower: IntColumn
+    """Index of the vehicle behind in ``ids``, -1: none within sight; filled for bound vehicles."""
+    follower_gap_m: FloatColumn
+    """Distance from rear bumper to the follower's front bumper, ``inf`` without a follower."""
+    departed: tuple[str, ...] = ()
+    arrived: tuple[str, ...] = ()
+    teleported: tuple[str, ...] = ()
+    collisions: tuple[Collision, ...] = ()
+    notes: tuple[tuple[str, str], ...] = field(default=())
+    """(vehicle id, text) about things the world did, for example a coupling that gave way to another."""
+
+    @cached_property
+    def index_of(self) -> dict[str, int]:
+        """Return the index of each vehicle id."""
+        return {vehicle_id: index for index, vehicle_id in enumerate(self.ids)}

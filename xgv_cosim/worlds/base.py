@@ -1,0 +1,72 @@
+"""The shape of a world: the traffic around the bound vehicles, whatever engine moves it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.columns import BoolColumn, FloatColumn
+from xgv_cosim.road import Road
+from xgv_cosim.snapshot import Snapshot
+
+
+class Placement(NamedTuple):
+    """Where the plant puts each bound vehicle at the end of the step, and which axes are the plant's.
+
+    Every column has shape ``(len(ids),)``. Frame east-north-up, reference point front bumper centre.
+    """
+
+    ids: tuple[str, ...]
+    front_x_m: FloatColumn
+    front_y_m: FloatColumn
+    heading_rad: FloatColumn
+    """Counter-clockwise from east."""
+    speed_mps: FloatColumn
+    """Speed at the end of the step, negative in reverse."""
+    travelled_m: FloatColumn
+    """Signed distance driven during the step."""
+    computer_speed: BoolColumn
+    """True: the plant governs speed. False: the world's own driver does."""
+    computer_steering: BoolColumn
+    """True: the plant governs the lateral position. False: the world's own driver does."""
+
+
+class World(Protocol):
+    """A traffic engine with vehicles of its own, some of which are bound to emulated ones."""
+
+    @property
+    def road(self) -> Road:
+        """Return the lanes; valid after ``start``."""
+        ...
+
+    def start(self) -> Snapshot:
+        """Open the world and return its state before the first step.
+
+        Raises:
+            WorldError: The engine cannot start, or is already in use in this process.
+        """
+        ...
+
+    def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
+        """Take a vehicle of the world into the placement from the next step on."""
+        ...
+
+    def release(self, vehicle_id: str) -> None:
+        """Give a bound vehicle back to the world's own driver for good."""
+        ...
+
+    def set_coupling(self, vehicle_id: str, coupling: CouplingKind) -> None:
+        """Choose how a bound vehicle is written into the world from the next step on."""
+        ...
+
+    def step(self, placement: Placement) -> Snapshot:
+        """Advance the world by one step with the bound vehicles where ``placement`` says.
+
+        Raises:
+            WorldError: The engine failed; the world is closed.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the engine's simulation; does nothing when it is closed."""
+        ...
