@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from jaus.address import ComponentId, JausAddress
-from jaus.component import StatusCommand
+from jaus.component import ComponentStatus, StatusCommand
 from xgv_cosim.commands import MotionProfile, WrenchEffort
 
 
@@ -96,6 +96,26 @@ class Endpoint(Protocol):
     @property
     def device_bits(self) -> int:
         """Return the safety-device bits that the endpoint itself sets, such as "errors detected"."""
+        ...
+
+    @property
+    def component_status(self) -> dict[ComponentId, ComponentStatus]:
+        """Return the status of each component."""
+        ...
+
+    @property
+    def component_controller(self) -> dict[ComponentId, JausAddress | None]:
+        """Return who controls each component, None: nobody."""
+        ...
+
+    @property
+    def component_status(self) -> dict[ComponentId, ComponentStatus]:
+        """Return the status of each component that has one, for the observation."""
+        ...
+
+    @property
+    def component_controller(self) -> dict[ComponentId, JausAddress | None]:
+        """Return who controls each of these components, None for nobody."""
         ...
 
     @property

@@ -51,6 +51,18 @@ class InjectionEffect:
 
 
 @dataclass(frozen=True, slots=True)
+class StopSettings:
+    """How the profile's controlled stop is done."""
+
+    decel_mps2: float
+    """Constant deceleration, positive (XGV-36)."""
+    hold_brake: float
+    """Brake effort held at standstill, share 0 to 1 (XGV-33)."""
+    centres_without_command: bool
+    """Closed-loop steering without a live command goes straight instead of staying (XGV-35)."""
+
+
+@dataclass(frozen=True, slots=True)
 class Assumption:
     """One reading that the sources leave open, for the ledger of every report."""
 
@@ -77,6 +89,21 @@ class VehicleProfile(Protocol):
     @property
     def effects(self) -> Mapping[InjectionKind, InjectionEffect]:
         """Return what each supported injection does; a kind that is absent is unsupported."""
+        ...
+
+    @property
+    def base_device_bits(self) -> int:
+        """Return the safety-device bits of a vehicle to which nothing happens."""
+        ...
+
+    @property
+    def stop_settings(self) -> StopSettings:
+        """Return how a controlled stop is done."""
+        ...
+
+    @property
+    def base_device_bits(self) -> int:
+        """Return the safety-device bits of a vehicle on which nothing is injected, such as "link good"."""
         ...
 
     def new_endpoint(self, vehicle_id: str, now_s: float) -> Endpoint:
