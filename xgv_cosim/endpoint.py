@@ -109,16 +109,6 @@ class Endpoint(Protocol):
         ...
 
     @property
-    def component_status(self) -> dict[ComponentId, ComponentStatus]:
-        """Return the status of each component that has one, for the observation."""
-        ...
-
-    @property
-    def component_controller(self) -> dict[ComponentId, JausAddress | None]:
-        """Return who controls each of these components, None for nobody."""
-        ...
-
-    @property
     def next_deadline_s(self) -> float:
         """Return when ``handle_deadline`` is due, ``inf`` for never."""
         ...

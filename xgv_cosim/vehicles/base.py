@@ -101,11 +101,6 @@ class VehicleProfile(Protocol):
         """Return how a controlled stop is done."""
         ...
 
-    @property
-    def base_device_bits(self) -> int:
-        """Return the safety-device bits of a vehicle on which nothing is injected, such as "link good"."""
-        ...
-
     def new_endpoint(self, vehicle_id: str, now_s: float) -> Endpoint:
         """Return the endpoint of a vehicle that was just powered up."""
         ...
