@@ -1,0 +1,188 @@
+"""``trajectory.parquet``: written once at the end, read back in SI units.
+
+pyarrow is imported inside the functions: it is large, and it must stay out of the simulation's step.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
+from xgv_cosim.errors import ReplayError
+from xgv_cosim.recording.buffer import TrajectoryBuffer
+from xgv_cosim.recording.quantities import BOUND_VEHICLES, EVERY_VEHICLE, NULL, TRAJECTORY_SCHEMA, dequantise
+
+_DICTIONARIES = ("vehicle", "vehicle_type", "lane")
+
+
+def trajectory_file(
+    buffer: TrajectoryBuffer, lane_ids: tuple[str, ...], safety_mode_names: Mapping[int, str]
+) -> bytes:
+    """Return the content of ``trajectory.parquet``: rows sorted by vehicle, then by time."""
+    import pyarrow as pa  # noqa: PLC0415 - see the module's docstring
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    every = buffer.every.columns
+    order = np.argsort(every[0], kind="stable")  # rows came in the order of time
+    bound = np.full((1 + len(BOUND_VEHICLES), every.shape[1]), NULL, np.int32)
+    bound[0] = 0
+    recorded = buffer.bound.columns
+    bound[0, recorded[0]] = 1
+    bound[1:, recorded[0]] = recorded[1:]
+
+    lanes, lane_numbers = np.unique(every[2][order], return_inverse=True)
+    fields: list[Any] = []
+    columns: list[Any] = []
+
+    def add(name: str, column: Any, unit: str, scale: float, meaning: str) -> None:  # noqa: ANN401 - pyarrow has no types
+        fields.append(
+            pa.field(name, column.type, metadata={"unit": unit, "scale": repr(scale), "meaning": meaning})
+        )
+        columns.append(column)
+
+    def add_names(
+        name: str,
+        numbers: npt.NDArray[Any],
+        names: tuple[str, ...],
+        meaning: str,
+        mask: BoolColumn | None = None,
+    ) -> None:
+        indices = pa.array(numbers.astype(np.int32), mask=mask)
+        add(
+            name,
+            pa.DictionaryArray.from_arrays(indices, pa.array(list(names), pa.string())),
+            "",
+            1.0,
+            meaning,
+        )
+
+    add_names("vehicle", every[0][order], buffer.vehicles.names, "vehicle id")
+    add_names("vehicle_type", every[1][order], buffer.types.names, "the world's vehicle type")
+    on_road = lanes[lanes >= 0]
+    names = tuple(_lane_name(int(lane), lane_ids) for lane in on_road)
+    numbers = lane_numbers.astype(np.int64) - (len(lanes) - len(on_road))
+    add_names("lane", np.maximum(numbers, 0), names, "lane id; null off-road", numbers < 0)
+    add(
+        "bound", pa.array(bound[0][order] == 1), "", 1.0, "true while the vehicle is bound to an emulated one"
+    )
+    for index, quantity in enumerate((*EVERY_VEHICLE, *BOUND_VEHICLES)):
+        source = every[3 + index] if index < len(EVERY_VEHICLE) else bound[1 + index - len(EVERY_VEHICLE)]
+        values = source[order]
+        add(
+            quantity.name,
+            pa.array(values, mask=values == NULL),
+            quantity.unit,
+            quantity.scale,
+            quantity.meaning,
+        )
+
+    metadata = {
+        "schema": TRAJECTORY_SCHEMA,
+        "frame": "east-north-up; heading counter-clockwise from east",
+        "sorted_by": "vehicle, tick",
+        "safety_mode_names": json.dumps(
+            {str(code): name for code, name in sorted(safety_mode_names.items())}
+        ),
+    }
+    table = pa.table(columns, schema=pa.schema(fields, metadata=metadata))
+    sink = pa.BufferOutputStream()
+    pq.write_table(
+        table,
+        sink,
+        compression="zstd",
+        use_dictionary=list(_DICTIONARIES),
+        column_encoding={q.name: "DELTA_BINARY_PACKED" for q in (*EVERY_VEHICLE, *BOUND_VEHICLES)},
+    )
+    content: bytes = sink.getvalue().to_pybytes()
+    return content
+
+
+def _lane_name(lane: int, lane_ids: tuple[str, ...]) -> str:
+    return lane_ids[lane] if lane < len(lane_ids) else str(lane)
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """The trajectories of a run in SI units, rows sorted by vehicle and then by time."""
+
+    vehicle_ids: tuple[str, ...]
+    vehicle: IntColumn
+    """Number of each row's vehicle in ``vehicle_ids``."""
+    vehicle_types: tuple[str, ...]
+    vehicle_type: IntColumn
+    """Number of each row's type in ``vehicle_types``."""
+    lane_ids: tuple[str, ...]
+    lane: IntColumn
+    """Number of each row's lane in ``lane_ids``, -1 off-road."""
+    bound: BoolColumn
+    time_s: FloatColumn
+    values: Mapping[str, FloatColumn]
+    """Every column of ``docs/run-folder.md`` by name, in its unit; NaN stands for null."""
+    safety_mode_names: Mapping[int, str]
+    rows_of: Mapping[str, slice] = field(default_factory=dict)
+    """The rows of each vehicle."""
+
+    def __getitem__(self, name: str) -> FloatColumn:
+        return self.values[name]
+
+    @property
+    def num_rows(self) -> int:
+        """Return the number of rows: vehicles times steps."""
+        return len(self.vehicle)
+
+
+def read_trajectory(path: Path) -> Trajectory:
+    """Return the trajectories of a run folder's ``trajectory.parquet``.
+
+    Raises:
+        ReplayError: The file is missing, unreadable or of another schema.
+    """
+    import pyarrow as pa  # noqa: PLC0415 - see the module's docstring
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowInvalid) as error:
+        raise ReplayError(f"{path}: cannot read the trajectories: {error}") from error
+    metadata = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    if metadata.get("schema") != TRAJECTORY_SCHEMA:
+        got = metadata.get("schema")
+        raise ReplayError(f"{path}: got schema {got!r}, expected {TRAJECTORY_SCHEMA!r}")
+
+    table = table.unify_dictionaries().combine_chunks()
+    names: dict[str, tuple[str, ...]] = {}
+    numbers: dict[str, IntColumn] = {}
+    for name in _DICTIONARIES:
+        column = table.column(name)
+        if column.num_chunks == 0:
+            names[name], numbers[name] = (), np.zeros(0, np.int64)
+            continue
+        names[name] = tuple(column.chunk(0).dictionary.to_pylist())
+        numbers[name] = column.chunk(0).indices.fill_null(-1).to_numpy().astype(np.int64)
+    values = {}
+    for position, quantity in enumerate(table.schema):
+        if quantity.name not in (*_DICTIONARIES, "bound"):
+            whole = table.column(position).fill_null(NULL).to_numpy().astype(np.int64)
+            values[quantity.name] = dequantise(whole, float(quantity.metadata[b"scale"]))
+    vehicle = numbers["vehicle"]
+    starts = np.searchsorted(vehicle, np.arange(len(names["vehicle"]) + 1))
+    return Trajectory(
+        vehicle_ids=names["vehicle"],
+        vehicle=vehicle,
+        vehicle_types=names["vehicle_type"],
+        vehicle_type=numbers["vehicle_type"],
+        lane_ids=names["lane"],
+        lane=numbers["lane"],
+        bound=table.column("bound").to_numpy().astype(np.bool_),
+        time_s=values["tick"],
+        values=values,
+        safety_mode_names={int(c): n for c, n in json.loads(metadata["safety_mode_names"]).items()},
+        rows_of={n: slice(int(starts[i]), int(starts[i + 1])) for i, n in enumerate(names["vehicle"])},
+    )
