@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from xgv_cosim.cli import doctor as _doctor  # noqa: F401 - importing a module of commands registers them
 from xgv_cosim.cli.app import main
 
 __all__ = ["main"]

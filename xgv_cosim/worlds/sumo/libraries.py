@@ -15,7 +15,6 @@ import ctypes
 import io
 import re
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import platformdirs
@@ -23,6 +22,7 @@ import platformdirs
 from xgv_cosim.errors import MissingLibraryError, WorldError
 
 if TYPE_CHECKING:
+    from pathlib import Path
     from types import ModuleType
 
 SYSTEM_LIBRARIES = {
@@ -90,7 +90,7 @@ def remedy_for(libraries: tuple[str, ...]) -> str:
     """Return the sentence that tells how to get missing libraries."""
     strangers = [name for name in libraries if name not in SYSTEM_LIBRARIES]
     if strangers:
-        return f"Install the packages of your system that bring {', '.join(strangers)}; the others: {INSTALL_COMMAND}"
+        return f"Install the packages that bring {', '.join(strangers)}, then: {INSTALL_COMMAND}"
     return (
         f"Install them with `{INSTALL_COMMAND}`, or let `xgv-cosim doctor --fix` get them (it needs no root)."
     )
