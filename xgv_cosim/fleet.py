@@ -84,18 +84,6 @@ class Setpoints(NamedTuple):
     """OPEN_LOOP: commanded road-wheel angle."""
 
 
-class Modes(NamedTuple):
-    """Modes of each slot as the profile's own codes, and what they do to the axes."""
-
-    control_mode: UInt8Column
-    ready_mode: UInt8Column
-    safety_mode: UInt8Column
-    longitudinal: UInt8Column
-    """``actuation.Longitudinal`` with the driver in it."""
-    lateral: UInt8Column
-    """``actuation.Lateral`` with the driver in it."""
-
-
 def _zeros(kind: type[Motion] | type[Reference], num_slots: int) -> list[FloatColumn]:
     return [np.zeros(num_slots) for _ in kind._fields]
 
@@ -141,6 +129,12 @@ class Fleet:
     """Since when speed is released, ``inf`` while it is not."""
     steering_released_s: FloatColumn = field(default_factory=lambda: np.full(FIRST_CAPACITY, np.inf))
     """Since when steering is released, ``inf`` while it is not."""
+    stop_decel_mps2: FloatColumn = field(default_factory=lambda: np.full(FIRST_CAPACITY, 2.5))
+    """Deceleration of a controlled stop, positive; set by the user (XGV-36)."""
+    stop_hold_brake: FloatColumn = field(default_factory=lambda: np.full(FIRST_CAPACITY, 0.5))
+    """Brake effort held after a controlled stop, share 0 to 1 (XGV-33)."""
+    centres_without_command: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
+    """Closed-loop steering without a live command goes to 0 instead of staying (XGV-35)."""
     handed_over: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """False while the world's driver still keeps both axes after binding (``bind.start``)."""
 
@@ -223,5 +217,8 @@ _SINGLE_COLUMNS = (
     "driver_reaction_s",
     "speed_released_s",
     "steering_released_s",
+    "stop_decel_mps2",
+    "stop_hold_brake",
+    "centres_without_command",
     "handed_over",
 )

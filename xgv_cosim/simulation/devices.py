@@ -1,0 +1,64 @@
+"""What is injected into which vehicle now: scheduled injections and operators' requests alike.
+
+Several sources may hold the same thing (a scheduled pause and an operator's); it ends with the last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from xgv_cosim.injection import Injection, InjectionKind
+
+OPERATOR = -1
+"""Source number of requests made through a vehicle handle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """One thing begins or ends to act on one vehicle."""
+
+    vehicle_id: str
+    kind: InjectionKind
+    code: int | None
+    begins: bool
+
+
+class Devices:
+    """Holds for each vehicle what acts on it, whether it is bound already or not."""
+
+    def __init__(self, injections: Sequence[Injection] = ()) -> None:
+        self._schedule: dict[int, list[tuple[int, Injection, bool]]] = {}
+        for source, injection in enumerate(injections):
+            self._schedule.setdefault(injection.tick, []).append((source, injection, True))
+            if injection.end_tick is not None:
+                self._schedule.setdefault(injection.end_tick, []).append((source, injection, False))
+        self._ticks = sorted(self._schedule)
+        self._holders: dict[tuple[str, InjectionKind, int | None], set[int]] = {}
+
+    def ticks_between(self, first: int, last: int) -> list[int]:
+        """Return the scheduled ticks in ``[first, last)``."""
+        return [tick for tick in self._ticks if first <= tick < last]
+
+    def due(self, tick: int) -> list[Edge]:
+        """Return the edges scheduled for ``tick``, in the order of the schedule."""
+        edges: list[Edge] = []
+        for source, injection, begins in self._schedule.get(tick, []):
+            for vehicle_id in injection.vehicle_ids:
+                edges += self.change(source, vehicle_id, injection.kind, injection.code, begins=begins)
+        return edges
+
+    def change(
+        self, source: int, vehicle_id: str, kind: InjectionKind, code: int | None = None, *, begins: bool
+    ) -> list[Edge]:
+        """Let a source begin or end to hold something; return the edge if that changes anything."""
+        holders = self._holders.setdefault((vehicle_id, kind, code), set())
+        held_before = bool(holders)
+        holders.add(source) if begins else holders.discard(source)
+        return [] if bool(holders) == held_before else [Edge(vehicle_id, kind, code, begins)]
+
+    def acting_on(self, vehicle_id: str) -> Iterable[tuple[InjectionKind, int | None]]:
+        """Return what acts on a vehicle now."""
+        return [
+            (kind, code) for (name, kind, code), held in self._holders.items() if held and name == vehicle_id
+        ]

@@ -1,0 +1,105 @@
+"""What goes into the world and what comes back: placements out, poses that the world moved in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
+from xgv_cosim.fleet import Fleet, Motion
+from xgv_cosim.parameters import ParameterColumns
+from xgv_cosim.snapshot import Snapshot
+from xgv_cosim.worlds.base import Placement
+
+_SHORTEST_ARC_M = 0.2
+"""Below this the change of heading of one step says nothing about curvature."""
+
+
+def front_distance_m(parameters: ParameterColumns) -> FloatColumn:
+    """Return the distance from the rear axle to the front bumper."""
+    return parameters.wheelbase_m + parameters.front_overhang_m
+
+
+def computer_axes(fleet: Fleet) -> tuple[BoolColumn, BoolColumn]:
+    """Return which slots' (speed, steering) the plant governs rather than the world's driver."""
+    return fleet.longitudinal != Longitudinal.DRIVER, fleet.lateral != Lateral.DRIVER
+
+
+def placement_of(
+    fleet: Fleet, slots: IntColumn, computer_speed: BoolColumn, computer_steering: BoolColumn
+) -> Placement:
+    """Return where the plant puts the vehicles in ``slots``; the axis owners are those of the step."""
+    motion, reach = fleet.motion, front_distance_m(fleet.parameters)
+    return Placement(
+        ids=tuple(str(fleet.ids[slot]) for slot in slots.tolist()),
+        front_x_m=(motion.x_m + reach * np.cos(motion.heading_rad))[slots],
+        front_y_m=(motion.y_m + reach * np.sin(motion.heading_rad))[slots],
+        heading_rad=motion.heading_rad[slots],
+        speed_mps=motion.speed_mps[slots],
+        travelled_m=motion.travelled_m[slots],
+        computer_speed=computer_speed[slots],
+        computer_steering=computer_steering[slots],
+    )
+
+
+def moved_by_world(
+    fleet: Fleet, computer_speed: BoolColumn, computer_steering: BoolColumn, in_lane: BoolColumn
+) -> IntColumn:
+    """Return the bound slots whose position the world decides: a driver's axis, or lane coupling."""
+    slots = fleet.bound
+    return slots[(~computer_speed | ~computer_steering | in_lane)[slots]]
+
+
+def adopt(
+    fleet: Fleet,
+    snapshot: Snapshot,
+    slots: IntColumn,
+    rows: IntColumn,
+    computer_speed: BoolColumn,
+    computer_steering: BoolColumn,
+    heading_before_rad: FloatColumn,
+) -> Motion:
+    """Return the motion with what the world moved itself.
+
+    The world's driver's axes are read back: speed where he drives, heading where he steers, and the
+    position in either case. Where the plant governs both, its motion stands.
+
+    Args:
+        fleet: The fleet after the plant.
+        snapshot: The world after the step.
+        slots: Slots that take something back, shape ``(n,)``.
+        rows: Their rows in the snapshot, shape ``(n,)``.
+        computer_speed: Over all slots, as placed.
+        computer_steering: Over all slots, as placed.
+        heading_before_rad: Over all slots, at the start of the step.
+    """
+    motion = Motion(*(column.copy() for column in fleet.motion))
+    drives, steers = ~computer_speed[slots], ~computer_steering[slots]
+    by_speed, by_steering = slots[drives], slots[steers]
+    motion.heading_rad[by_steering] = snapshot.heading_rad[rows[steers]]
+    motion.speed_mps[by_speed] = snapshot.speed_mps[rows[drives]]
+    motion.accel_mps2[by_speed] = snapshot.accel_mps2[rows[drives]]
+    motion.speed_error_integral_m[by_speed] = 0.0
+    motion.throttle[by_speed] = 0.0
+    motion.brake[by_speed] = 0.0
+    curvature = _driven_curvature(motion, heading_before_rad)[by_steering]
+    motion.curvature_per_m[by_steering] = curvature
+    motion.steer_rad[by_steering] = np.arctan(curvature * fleet.parameters.wheelbase_m[by_steering])
+    reach = front_distance_m(fleet.parameters)[slots]
+    motion.x_m[slots] = snapshot.front_x_m[rows] - reach * np.cos(motion.heading_rad[slots])
+    motion.y_m[slots] = snapshot.front_y_m[rows] - reach * np.sin(motion.heading_rad[slots])
+    return motion
+
+
+def _driven_curvature(motion: Motion, heading_before_rad: FloatColumn) -> FloatColumn:
+    """Return the mean curvature of the step from its change of heading; 0 where the car hardly moved."""
+    turned = np.remainder(motion.heading_rad - heading_before_rad + np.pi, 2.0 * np.pi) - np.pi
+    moved = np.abs(motion.travelled_m) > _SHORTEST_ARC_M
+    return np.where(moved, turned / np.where(moved, motion.travelled_m, 1.0), 0.0)
+
+
+def rows_of(snapshot: Snapshot, vehicle_ids: Sequence[str]) -> IntColumn:
+    """Return the row of each vehicle in the snapshot, -1 where it is not there."""
+    return np.array([snapshot.index_of.get(vehicle_id, -1) for vehicle_id in vehicle_ids], np.int64)

@@ -1,0 +1,124 @@
+"""Binding and releasing: a vehicle of the world gets a slot, an endpoint and a link, and loses them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from jaus.address import JausAddress
+from xgv_cosim.actuation import CouplingKind, Driver
+from xgv_cosim.columns import BoolColumn
+from xgv_cosim.errors import ScenarioError
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.simulation import commanding, requests
+from xgv_cosim.simulation.binding import Binding, BoundVehicle, Selector, StartKind
+from xgv_cosim.simulation.state import RunState
+from xgv_cosim.snapshot import Snapshot
+from xgv_cosim.worlds.base import World
+
+STANDSTILL_MPS = 0.1
+STACK_COMPONENT = 2
+"""Component id under which a stack speaks; the subsystem and node tell stacks apart."""
+
+
+def stack_address(slot: int) -> JausAddress:
+    """Return the JAUS address of the stack that drives the vehicle in a slot.
+
+    Subsystem 255 is broadcast and 0 is reserved, so 254 stacks fit into each node number.
+    """
+    return JausAddress(slot % 254 + 1, 2 + slot // 254, STACK_COMPONENT, 1)
+
+
+def in_lane(state: RunState) -> BoolColumn:
+    """Return which slots use the lane coupling."""
+    column = np.zeros(state.fleet.num_slots, np.bool_)
+    for vehicle in state.vehicles:
+        column[vehicle.slot] = vehicle.binding.coupling is CouplingKind.LANE
+    return column
+
+
+def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapshot) -> None:
+    """Bind the vehicles that have entered the world and that the selector names."""
+    for vehicle_id in snapshot.departed:
+        row = snapshot.index_of.get(vehicle_id)
+        if row is None or vehicle_id in state.vehicles:
+            continue
+        binding = selector(vehicle_id, snapshot.type_ids[row])
+        if binding is not None:
+            bind(state, world, snapshot, vehicle_id, binding)
+
+
+def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, binding: Binding) -> None:
+    """Bind one vehicle of the snapshot: occupy a slot, fill its row, connect its stack.
+
+    Raises:
+        ScenarioError: ``bind.start = cold`` while the vehicle moves.
+    """
+    row = snapshot.index_of[vehicle_id]
+    speed_mps = float(snapshot.speed_mps[row])
+    if binding.start is StartKind.COLD and speed_mps > STANDSTILL_MPS:
+        raise ScenarioError(
+            f"vehicle {vehicle_id!r}: bind.start cold needs a vehicle at standstill, got {speed_mps:.1f} m/s "
+            f"at {state.now_s:g} s; use start: handover, or let it depart with departSpeed 0"
+        )
+    world.bind(vehicle_id, binding.coupling)
+    slot = state.fleet.occupy(vehicle_id)
+    fill_row(state.fleet, slot, snapshot, row, binding)
+    vehicle = BoundVehicle(
+        vehicle_id=vehicle_id,
+        slot=slot,
+        binding=binding,
+        endpoint=binding.profile.new_endpoint(vehicle_id, state.now_s),
+        link=binding.new_link(vehicle_id, stack_address(slot)) if binding.new_link else None,
+    )
+    state.vehicles.add(vehicle)
+    words = (
+        f"coupling {binding.coupling.value}",
+        f"start {binding.start.value}",
+        f"driver {Driver(binding.driver).name.lower()}",
+    )
+    state.note(vehicle_id, "bound", after=binding.profile.name, reasons=words)
+    commanding.copy_endpoint(state, vehicle)
+    requests.meet_injections(state, vehicle)
+
+
+def release_gone(state: RunState, world: World, snapshot: Snapshot) -> None:
+    """Release the bound vehicles that the world no longer has."""
+    for vehicle in list(state.vehicles):
+        if vehicle.vehicle_id in snapshot.index_of:
+            continue
+        why = "arrived" if vehicle.vehicle_id in snapshot.arrived else "left the world"
+        release(state, vehicle.vehicle_id, why)
+        world.release(vehicle.vehicle_id)
+
+
+def release(state: RunState, vehicle_id: str, why: str) -> None:
+    """Free the slot of a vehicle and end its link."""
+    vehicle = state.vehicles.remove(vehicle_id)
+    if vehicle.link is not None:
+        vehicle.link.close()
+    state.fleet.vacate(vehicle_id)
+    state.note(vehicle_id, "released", before=vehicle.binding.profile.name, reasons=(why,))
+
+
+def fill_row(fleet: Fleet, slot: int, snapshot: Snapshot, row: int, binding: Binding) -> None:
+    """Write the first state of a slot: the vehicle as the world has it."""
+    for column, name in zip(fleet.parameters, fleet.parameters._fields, strict=True):
+        column[slot] = getattr(binding.parameters, name)
+    heading = float(snapshot.heading_rad[row])
+    reach = binding.parameters.wheelbase_m + binding.parameters.front_overhang_m
+    fleet.motion.x_m[slot] = snapshot.front_x_m[row] - reach * math.cos(heading)
+    fleet.motion.y_m[slot] = snapshot.front_y_m[row] - reach * math.sin(heading)
+    fleet.motion.heading_rad[slot] = heading
+    fleet.motion.speed_mps[slot] = fleet.reference.speed_mps[slot] = snapshot.speed_mps[row]
+    fleet.motion.accel_mps2[slot] = snapshot.accel_mps2[row]
+    fleet.safety_devices[slot] = binding.profile.base_device_bits
+    fleet.partial_mode[slot] = binding.partial_mode
+    fleet.driver[slot] = binding.driver
+    fleet.driver_reaction_s[slot] = binding.driver_reaction_s
+    fleet.handed_over[slot] = binding.start is StartKind.COLD
+    stop = binding.profile.stop_settings
+    fleet.stop_decel_mps2[slot] = stop.decel_mps2
+    fleet.stop_hold_brake[slot] = stop.hold_brake
+    fleet.centres_without_command[slot] = stop.centres_without_command

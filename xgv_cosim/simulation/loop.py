@@ -1,0 +1,183 @@
+"""The order of a step. Dense columns of ``Fleet`` are assigned here and nowhere else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+
+import numpy as np
+
+from xgv_cosim import kernel
+from xgv_cosim.clock import Clock, time_of_tick_s
+from xgv_cosim.columns import BoolColumn, FloatColumn
+from xgv_cosim.controllers.references import ReferenceGenerator
+from xgv_cosim.fleet import Fleet, Reference
+from xgv_cosim.injection import Injection
+from xgv_cosim.simulation import (
+    commanding,
+    exchange,
+    lifecycle,
+    moding,
+    reporting,
+    requests,
+    setpoints,
+    views,
+)
+from xgv_cosim.simulation.binding import Selector
+from xgv_cosim.simulation.devices import Devices
+from xgv_cosim.simulation.journal import Journal, Observer
+from xgv_cosim.simulation.state import RunState
+from xgv_cosim.simulation.vehicle import VehicleHandle
+from xgv_cosim.snapshot import Snapshot
+from xgv_cosim.worlds.base import World
+
+
+class Simulation:
+    """Bound vehicles in a world, advanced step by step.
+
+    Args:
+        world: The traffic engine, not yet started.
+        selector: Says how each vehicle of the world is bound, if at all.
+        injections: What happens to whom, and when.
+        step_s: World step.
+        observers: Recorders and metrics.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        selector: Selector,
+        injections: Sequence[Injection] = (),
+        *,
+        step_s: float = 0.1,
+        observers: Sequence[Observer] = (),
+    ) -> None:
+        self.state = RunState(Clock(step_s), Journal(observers), Devices(injections))
+        self.world = world
+        self._selector = selector
+        self._references = ReferenceGenerator()
+        self.snapshot: Snapshot = world.start()
+        lifecycle.bind_new(self.state, world, self._selector, self.snapshot)
+
+    @property
+    def fleet(self) -> Fleet:
+        """Columns of all bound vehicles."""
+        return self.state.fleet
+
+    @property
+    def now_s(self) -> float:
+        """Simulation time since the start of the run."""
+        return self.state.now_s
+
+    @property
+    def vehicle_ids(self) -> tuple[str, ...]:
+        """Ids of the vehicles bound now, in slot order."""
+        return self.fleet.bound_ids
+
+    def vehicle(self, vehicle_id: str) -> VehicleHandle:
+        """Return the handle of a bound vehicle.
+
+        Raises:
+            UnknownVehicleError: No such vehicle is bound now.
+        """
+        return VehicleHandle(self.state, self.state.vehicle(vehicle_id).vehicle_id)
+
+    def step(self) -> Snapshot:
+        """Advance by one world step and return the world after it."""
+        state, fleet, clock = self.state, self.fleet, self.state.clock
+        tick, end = clock.tick, clock.tick + clock.ticks_per_step
+        heading_before_rad = fleet.motion.heading_rad
+        fleet.motion = fleet.motion._replace(travelled_m=np.zeros(fleet.num_slots))
+        requests.apply_requests(state)
+        commanding.receive(state)
+        owners: tuple[BoolColumn, BoolColumn] | None = None
+        while tick < end:
+            requests.apply_scheduled(state, tick)
+            commanding.meet_deadlines(state)
+            self._resolve_modes()
+            owners = owners or exchange.computer_axes(fleet)  # the world changes owners at its own step
+            until = requests.next_edge(state, tick, end)
+            self._advance_motion(until - tick)
+            tick = clock.tick = until
+        by_computer = owners or exchange.computer_axes(fleet)
+        self.snapshot = snapshot = self.world.step(exchange.placement_of(fleet, fleet.bound, *by_computer))
+        self._adopt(snapshot, *by_computer, heading_before_rad)
+        reporting.note_world(state, snapshot)
+        lifecycle.release_gone(state, self.world, snapshot)
+        lifecycle.bind_new(state, self.world, self._selector, snapshot)
+        views.send_observations(state, snapshot, self.world.road)
+        state.journal.step_done(clock.tick, fleet, snapshot)
+        return snapshot
+
+    def run_until(self, time_s: float) -> None:
+        """Step until simulation time has reached ``time_s``."""
+        while self.now_s < time_s - 1e-9:
+            self.step()
+
+    def close(self) -> None:
+        """End all links and the world."""
+        for vehicle in self.state.vehicles:
+            if vehicle.link is not None:
+                vehicle.link.close()
+        self.world.close()
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _resolve_modes(self) -> None:
+        """Look the modes up, let drivers take what was released, start references where an axis changes."""
+        fleet = self.fleet
+        answer = moding.resolve(fleet, self.state.vehicles.groups)
+        axes = moding.take_axes(fleet, answer, self.now_s)
+        reporting.note_modes(self.state, axes)
+        fleet.reference = setpoints.seeded_references(
+            fleet.reference,
+            fleet.motion,
+            axes.longitudinal != fleet.longitudinal,
+            axes.lateral != fleet.lateral,
+        )
+        fleet.safety_mode, fleet.longitudinal, fleet.lateral = axes.safety_mode, axes.longitudinal, axes.lateral
+        fleet.speed_released_s, fleet.steering_released_s = axes.speed_released_s, axes.steering_released_s
+        fleet.handed_over = axes.handed_over
+
+    def _advance_motion(self, ticks: int) -> None:
+        """Ruckig once for the segment, then controllers and plant over its ticks."""
+        fleet = self.fleet
+        wanted = setpoints.setpoints_of(fleet)
+        limited, failed = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
+        motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
+        speed, steering = setpoints.is_profile_following(wanted)
+        fleet.motion = motion
+        fleet.reference = Reference(
+            speed_mps=np.where(speed, limited.speed_mps, followed.speed_mps),
+            accel_mps2=np.where(speed, limited.accel_mps2, followed.accel_mps2),
+            curvature_per_m=np.where(steering, limited.curvature_per_m, followed.curvature_per_m),
+            curvature_rate_per_m_s=np.where(
+                steering, limited.curvature_rate_per_m_s, followed.curvature_rate_per_m_s
+            ),
+        )
+        reporting.note_failed_references(self.state, failed)
+
+    def _adopt(
+        self,
+        snapshot: Snapshot,
+        computer_speed: BoolColumn,
+        computer_steering: BoolColumn,
+        heading_before_rad: FloatColumn,
+    ) -> None:
+        """Take back what the world moved itself: the driver's axes, and positions of lane couplings."""
+        fleet = self.fleet
+        slots = exchange.moved_by_world(fleet, computer_speed, computer_steering, lifecycle.in_lane(self.state))
+        rows = exchange.rows_of(snapshot, [str(fleet.ids[slot]) for slot in slots.tolist()])
+        present = rows >= 0
+        fleet.motion = exchange.adopt(
+            fleet, snapshot, slots[present], rows[present], computer_speed, computer_steering, heading_before_rad
+        )
+        fleet.reference = setpoints.seeded_references(
+            fleet.reference, fleet.motion, ~computer_speed, ~computer_steering
+        )

@@ -1,0 +1,82 @@
+"""Modes of the whole fleet: each profile's tables, then who takes the axes that were released."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from xgv_cosim.actuation import Driver, Lateral, Longitudinal
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.vehicles.base import ModeInputs, Resolution, VehicleProfile
+
+
+class AxisModes(NamedTuple):
+    """Modes of each slot with the driver in them; every column has shape ``(num_slots,)``."""
+
+    safety_mode: UInt8Column
+    longitudinal: UInt8Column
+    lateral: UInt8Column
+    speed_released_s: FloatColumn
+    steering_released_s: FloatColumn
+    handed_over: BoolColumn
+
+
+def resolve(fleet: Fleet, groups: Iterable[tuple[VehicleProfile, IntColumn]]) -> Resolution:
+    """Return every profile's answer, scattered over the slots; free slots keep what they have."""
+    answer = Resolution(
+        safety_mode=fleet.safety_mode.copy(),
+        longitudinal=fleet.longitudinal.copy(),
+        lateral=fleet.lateral.copy(),
+        driver_engaged=np.zeros(fleet.num_slots, np.bool_),
+        in_run_state=np.zeros(fleet.num_slots, np.bool_),
+        stop_demanded=np.zeros(fleet.num_slots, np.bool_),
+    )
+    inputs = ModeInputs(
+        fleet.safety_devices, fleet.control_mode, fleet.ready_mode, fleet.partial_mode, fleet.command.kind
+    )
+    for profile, slots in groups:
+        part = profile.resolve(ModeInputs(*(column[slots] for column in inputs)))
+        for whole, column in zip(answer, part, strict=True):
+            whole[slots] = column
+    return answer
+
+
+def _released_since(released: BoolColumn, since_s: FloatColumn, now_s: float) -> FloatColumn:
+    return np.where(released, np.minimum(since_s, now_s), np.inf)
+
+
+def _has_driver(fleet: Fleet, engaged: BoolColumn, since_s: FloatColumn, now_s: float) -> BoolColumn:
+    """Return who of those released has a driver by now (XGV-64)."""
+    reacted = engaged | (now_s - since_s >= fleet.driver_reaction_s - 1e-9)
+    rider: BoolColumn = (fleet.driver == Driver.RIDER) & reacted
+    return (fleet.driver == Driver.WORLD) | rider
+
+
+def take_axes(fleet: Fleet, answer: Resolution, now_s: float) -> AxisModes:
+    """Return the axis modes after the driver has taken what is his.
+
+    Released axes go to the driver by ``bind.driver`` and his reaction time (XGV-64). Before the
+    hand-over the world's driver keeps both axes; a live command in the run state ends that, and so
+    does a stop that an emergency stop device demands: a stop demand is never without effect.
+    """
+    handed_over = fleet.handed_over | answer.in_run_state | answer.stop_demanded
+    speed_released = answer.longitudinal == Longitudinal.FREE
+    steering_released = answer.lateral == Lateral.FREE
+    speed_since = _released_since(speed_released, fleet.speed_released_s, now_s)
+    steering_since = _released_since(steering_released, fleet.steering_released_s, now_s)
+    drives = speed_released & _has_driver(fleet, answer.driver_engaged, speed_since, now_s)
+    steers = steering_released & _has_driver(fleet, answer.driver_engaged, steering_since, now_s)
+    bound = np.zeros(fleet.num_slots, np.bool_)
+    bound[fleet.bound] = True
+    waiting = bound & ~handed_over
+    return AxisModes(
+        safety_mode=answer.safety_mode,
+        longitudinal=np.where(drives | waiting, np.uint8(Longitudinal.DRIVER), answer.longitudinal),
+        lateral=np.where(steers | waiting, np.uint8(Lateral.DRIVER), answer.lateral),
+        speed_released_s=speed_since,
+        steering_released_s=steering_since,
+        handed_over=handed_over,
+    )

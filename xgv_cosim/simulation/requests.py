@@ -1,0 +1,92 @@
+"""Edges of safety devices, errors and links: scheduled injections and operators' requests."""
+
+from __future__ import annotations
+
+from xgv_cosim.clock import tick_at_or_after
+from xgv_cosim.injection import InjectionKind
+from xgv_cosim.simulation import commanding
+from xgv_cosim.simulation.binding import BoundVehicle
+from xgv_cosim.simulation.devices import OPERATOR, Edge
+from xgv_cosim.simulation.state import RunState
+from xgv_cosim.vehicles.base import InjectionEffect
+
+
+def apply_requests(state: RunState) -> None:
+    """Apply what operators asked for since the last step."""
+    requested, state.requested = state.requested, []
+    for request in requested:
+        edges = state.devices.change(
+            OPERATOR, request.vehicle_id, request.kind, request.code, begins=request.begins
+        )
+        apply_edges(state, edges)
+    partial_requested, state.partial_requested = state.partial_requested, []
+    for vehicle_id, bits in partial_requested:
+        slot = state.vehicle(vehicle_id).slot
+        before = int(state.fleet.partial_mode[slot])
+        state.fleet.partial_mode[slot] = bits
+        if bits != before:
+            state.note(vehicle_id, "partial_mode", PARTIAL_NAMES[before], PARTIAL_NAMES[bits])
+
+
+PARTIAL_NAMES = ("full", "manual_steering", "manual_speed", "both_manual")
+"""Names of the partial mode bits (XGV-51)."""
+
+
+def apply_scheduled(state: RunState, tick: int) -> None:
+    """Apply the injections whose edge lies on ``tick`` (XGV-71)."""
+    apply_edges(state, state.devices.due(tick))
+
+
+def next_edge(state: RunState, tick: int, end: int) -> int:
+    """Return the next tick after ``tick`` on which something acts, at most ``end``."""
+    ticks = state.devices.ticks_between(tick + 1, end)
+    deadline_s = commanding.next_deadline_s(state)
+    if deadline_s < end:
+        ticks.append(max(tick + 1, tick_at_or_after(deadline_s)))
+    return min([end, *ticks])
+
+
+def apply_edges(state: RunState, edges: list[Edge]) -> None:
+    """Let each edge act on its vehicle, and enter it into the journal."""
+    for edge in edges:
+        name = edge.kind.value
+        if edge.vehicle_id not in state.vehicles:
+            reason = "the vehicle is not bound now; it will meet the injection when it is bound while it lasts"
+            state.note(edge.vehicle_id, "injection_without_vehicle", after=name, reasons=(reason,))
+            continue
+        vehicle = state.vehicles[edge.vehicle_id]
+        effect = vehicle.binding.profile.effects.get(edge.kind)
+        if effect is None:
+            reason = f"profile {vehicle.binding.profile.name} has no {name}"
+            state.note(edge.vehicle_id, "injection_unsupported", after=name, reasons=(reason,))
+            continue
+        before, after = ("", name) if edge.begins else (name, "")
+        code = () if edge.code is None else (f"code {edge.code}",)
+        state.note(edge.vehicle_id, "injection", before, after, code)
+        act(state, vehicle, effect, edge.kind, edge.code, begins=edge.begins)
+
+
+def meet_injections(state: RunState, vehicle: BoundVehicle) -> None:
+    """Let a vehicle that was just bound meet the injections that act already."""
+    for kind, code in state.devices.acting_on(vehicle.vehicle_id):
+        apply_edges(state, [Edge(vehicle.vehicle_id, kind, code, begins=True)])
+
+
+def act(
+    state: RunState,
+    vehicle: BoundVehicle,
+    effect: InjectionEffect,
+    kind: InjectionKind,
+    code: int | None,
+    *,
+    begins: bool,
+) -> None:
+    """Do what an injection does to this make of vehicle."""
+    if effect.blocks_link:
+        vehicle.link_blocked = begins
+    if effect.raises_error and code is not None:
+        endpoint, now_s = vehicle.endpoint, state.now_s
+        events = endpoint.raise_error(code, now_s) if begins else endpoint.clear_error(code, now_s)
+        commanding.handle(state, vehicle, events)
+    if effect.device_bits:
+        commanding.copy_endpoint(state, vehicle)

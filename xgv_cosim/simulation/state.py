@@ -1,0 +1,56 @@
+"""Everything a run has besides its world: the fleet, the clock, the objects, what acts on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from xgv_cosim.clock import Clock
+from xgv_cosim.errors import UnknownVehicleError
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.injection import InjectionKind
+from xgv_cosim.simulation.binding import BoundVehicle
+from xgv_cosim.simulation.bound import BoundVehicles
+from xgv_cosim.simulation.devices import Devices, Edge
+from xgv_cosim.simulation.journal import Journal
+
+
+@dataclass(slots=True)
+class RunState:
+    """Shared by the functions of this package; nobody else writes into it."""
+
+    clock: Clock
+    journal: Journal
+    devices: Devices
+    fleet: Fleet = field(default_factory=Fleet)
+    vehicles: BoundVehicles = field(default_factory=BoundVehicles)
+    requested: list[Edge] = field(default_factory=list)
+    """Operators' requests, applied at the start of the next step."""
+    partial_requested: list[tuple[str, int]] = field(default_factory=list)
+    """(vehicle id, partial mode bits), applied likewise."""
+
+    @property
+    def now_s(self) -> float:
+        """Simulation time."""
+        return self.clock.now_s
+
+    def vehicle(self, vehicle_id: str) -> BoundVehicle:
+        """Return a bound vehicle's objects.
+
+        Raises:
+            UnknownVehicleError: No such vehicle is bound now.
+        """
+        if vehicle_id not in self.vehicles:
+            raise UnknownVehicleError(vehicle_id, self.fleet.bound_ids)
+        return self.vehicles[vehicle_id]
+
+    def request(
+        self, vehicle_id: str, kind: InjectionKind, code: int | None = None, *, begins: bool = True
+    ) -> None:
+        """Ask for something to begin or end acting on a vehicle at the start of the next step."""
+        self.requested.append(Edge(self.vehicle(vehicle_id).vehicle_id, kind, code, begins))
+
+    def note(
+        self, vehicle: str, kind: str, before: str = "", after: str = "", reasons: tuple[str, ...] = ()
+    ) -> None:
+        """Enter an event at the present tick."""
+        self.journal.note(self.now_s, vehicle, kind, before, after, reasons)

@@ -1,0 +1,106 @@
+"""A handle on one bound vehicle: reads its row, and turns operator verbs into requests."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+from xgv_cosim.errors import ScenarioError
+from xgv_cosim.injection import InjectionKind
+from xgv_cosim.simulation.requests import PARTIAL_NAMES
+from xgv_cosim.simulation.state import RunState
+
+
+class Pose(NamedTuple):
+    """Rear-axle pose; frame east-north-up, heading counter-clockwise from east."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+class VehicleHandle:
+    """What an operator sees and does. Verbs act at the start of the next step."""
+
+    def __init__(self, state: RunState, vehicle_id: str) -> None:
+        self._state = state
+        self.vehicle_id = vehicle_id
+
+    def __repr__(self) -> str:
+        return f"<vehicle {self.vehicle_id!r}: {self.mode}, {self.speed_mps:.2f} m/s>"
+
+    @property
+    def mode(self) -> str:
+        """Return the safety mode in force, for example ``"estop_pause"``."""
+        vehicle = self._state.vehicle(self.vehicle_id)
+        return vehicle.binding.profile.safety_mode_name(int(self._state.fleet.safety_mode[vehicle.slot]))
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Return why the safety mode is what it is, strongest cause first."""
+        vehicle = self._state.vehicle(self.vehicle_id)
+        return vehicle.endpoint.reasons(int(self._state.fleet.safety_devices[vehicle.slot]))
+
+    @property
+    def speed_mps(self) -> float:
+        """Return the measured forward speed."""
+        fleet = self._state.fleet
+        return float(fleet.motion.speed_mps[fleet.slot_of(self.vehicle_id)])
+
+    @property
+    def accel_mps2(self) -> float:
+        """Return the measured longitudinal acceleration."""
+        fleet = self._state.fleet
+        return float(fleet.motion.accel_mps2[fleet.slot_of(self.vehicle_id)])
+
+    @property
+    def pose(self) -> Pose:
+        """Return the measured pose of the rear axle."""
+        fleet = self._state.fleet
+        slot = fleet.slot_of(self.vehicle_id)
+        motion = fleet.motion
+        return Pose(float(motion.x_m[slot]), float(motion.y_m[slot]), float(motion.heading_rad[slot]))
+
+    def estop(self, state: Literal["pause", "stop", "run"]) -> None:
+        """Use the SafeStop transmitter: ask for pause or stop, or for neither (XGV-12, XGV-28, XGV-31).
+
+        Raises:
+            ScenarioError: An unknown state.
+        """
+        if state not in {"pause", "stop", "run"}:
+            raise ScenarioError(f"estop: got {state!r}, expected 'pause', 'stop' or 'run'")
+        self._state.request(self.vehicle_id, InjectionKind.ESTOP_PAUSE, begins=state == "pause")
+        self._state.request(self.vehicle_id, InjectionKind.ESTOP_DISABLE, begins=state == "stop")
+
+    def override(self, *, engaged: bool = True) -> None:
+        """Engage or disengage manual override (XGV-29)."""
+        self._state.request(self.vehicle_id, InjectionKind.OVERRIDE, begins=engaged)
+
+    def door(self, *, is_open: bool = True) -> None:
+        """Open or close a door (XGV-27)."""
+        self._state.request(self.vehicle_id, InjectionKind.DOOR, begins=is_open)
+
+    def inject(self, kind: str, *, begins: bool = True, code: int | None = None) -> None:
+        """Begin or end anything of the injection vocabulary.
+
+        Raises:
+            ScenarioError: An unknown kind.
+        """
+        try:
+            known = InjectionKind(kind)
+        except ValueError:
+            kinds = ", ".join(member.value for member in InjectionKind)
+            raise ScenarioError(f"inject: got kind {kind!r}, expected one of {kinds}") from None
+        self._state.request(self.vehicle_id, known, code, begins=begins)
+
+    def set_partial_mode(self, mode: Literal["full", "manual_steering", "manual_speed"]) -> None:
+        """Choose at the vehicle's display which axes the computer controls (XGV-39, XGV-40).
+
+        Raises:
+            ScenarioError: An unknown mode, or one that needs a driver where there is none (XGV-41).
+        """
+        if mode not in PARTIAL_NAMES[:3]:
+            raise ScenarioError(f"partial mode: got {mode!r}, expected one of {', '.join(PARTIAL_NAMES[:3])}")
+        bits = PARTIAL_NAMES.index(mode)
+        vehicle = self._state.vehicle(self.vehicle_id)
+        vehicle.binding.profile.validate_partial_mode(bits, vehicle.binding.driver)
+        self._state.partial_requested.append((self.vehicle_id, bits))

@@ -1,0 +1,35 @@
+"""Observations to the stacks: perception joined with what each endpoint reports of itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from xgv_cosim.perception import ModeView, observe
+from xgv_cosim.road import Road
+from xgv_cosim.simulation.binding import BoundVehicle
+from xgv_cosim.simulation.state import RunState
+from xgv_cosim.snapshot import Snapshot
+
+
+def mode_view(state: RunState, vehicle: BoundVehicle) -> ModeView:
+    """Return what a vehicle reports of its own modes and components."""
+    fleet, endpoint = state.fleet, vehicle.endpoint
+    return ModeView(
+        safety_mode=vehicle.binding.profile.safety_mode_name(int(fleet.safety_mode[vehicle.slot])),
+        reasons=endpoint.reasons(int(fleet.safety_devices[vehicle.slot])),
+        component_status=endpoint.component_status,
+        component_controller=endpoint.component_controller,
+    )
+
+
+def send_observations(state: RunState, snapshot: Snapshot, road: Road) -> None:
+    """Give each stack its view; it answers at the start of the next step."""
+    listening = [vehicle for vehicle in state.vehicles if vehicle.link is not None]
+    slots = np.array([vehicle.slot for vehicle in listening], np.int64)
+    names = [vehicle.vehicle_id for vehicle in listening]
+    seen = [mode_view(state, vehicle) for vehicle in listening]
+    for vehicle, observation in zip(
+        listening, observe(snapshot, road, state.fleet.motion, slots, names, seen), strict=True
+    ):
+        if vehicle.link is not None:
+            vehicle.link.send(observation)
