@@ -1,0 +1,1 @@
+"""The TORC ByWire XGV: its modes, its endpoint, its error codes and its profile."""

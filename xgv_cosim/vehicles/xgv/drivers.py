@@ -1,0 +1,237 @@
+"""Primitive Driver and Motion Profile Driver: who controls them, and their status.
+
+The Motion Profile Driver (MPD), once controlled, wants the Primitive Driver (PD) for itself: it asks
+with its controller's authority, at once and then periodically, and gives the PD back when it loses its
+own controller (XGV-17, XGV-19).
+"""
+
+from __future__ import annotations
+
+import math
+
+from jaus.address import ComponentId, JausAddress
+from jaus.component import (
+    Component,
+    ComponentStatus,
+    ControlChanged,
+    ControlOutcome,
+    ControlRejected,
+    Standing,
+    StatusChanged,
+    StatusCommand,
+    StatusCommandRefused,
+)
+from jaus.errors import LocalProtocolError
+from xgv_cosim.endpoint import (
+    CommandStatus,
+    EndpointChanged,
+    EndpointEvent,
+    MessageRefused,
+    ReleaseControl,
+    RequestControl,
+)
+from xgv_cosim.vehicles.xgv.reasons import COMPONENT_NAMES, holder_name
+
+_ROUNDING_S = 1e-9
+"""Deadlines are sums of floats; one this near is due."""
+
+
+class Drivers:
+    """The two components that take motion commands; they begin in standby.
+
+    Args:
+        subsystem: Subsystem number of their JAUS addresses.
+        request_period_s: Time between two requests of the MPD for the PD (XGV-19).
+        initialize_s: Time from Reset to standby.
+    """
+
+    def __init__(self, subsystem: int, request_period_s: float, initialize_s: float) -> None:
+        self._request_period_s = request_period_s
+        self._initialize_s = initialize_s
+        self.primitive = Component(
+            JausAddress(subsystem, 1, ComponentId.PRIMITIVE_DRIVER, 1), ComponentStatus.STANDBY
+        )
+        self.profile = Component(
+            JausAddress(subsystem, 1, ComponentId.MOTION_PROFILE_DRIVER, 1), ComponentStatus.STANDBY
+        )
+        self.by_id = {
+            ComponentId.PRIMITIVE_DRIVER: self.primitive,
+            ComponentId.MOTION_PROFILE_DRIVER: self.profile,
+        }
+        self._ask_s = math.inf
+        """When the MPD asks for the PD next."""
+        self._initialized_s: dict[ComponentId, float] = {}
+        """When a component that was reset goes to standby."""
+
+    @property
+    def next_deadline_s(self) -> float:
+        """Return when ``handle_deadline`` is due, ``inf`` for never."""
+        return min((self._ask_s, *self._initialized_s.values()))
+
+    def holder_name(self, controller: JausAddress | None) -> str:
+        """Return who ``controller`` is, in words."""
+        return holder_name(controller, self.by_id.values())
+
+    def request_control(
+        self, message: RequestControl, sender: JausAddress, now_s: float
+    ) -> list[EndpointEvent]:
+        """Take Request Component Control (XGV-20); a pre-empted controller has lost it by then."""
+        component = self.by_id.get(message.component)
+        if component is None:
+            return [_refuse_component(message, message.component)]
+        try:
+            outcomes = component.request_control(sender, message.authority)
+        except LocalProtocolError as error:
+            return [MessageRefused(message, str(error))]
+        if ControlRejected(sender) in outcomes and component.control is not None:
+            return [
+                MessageRefused(
+                    message,
+                    f"the {COMPONENT_NAMES[message.component]} is controlled by "
+                    f"{self.holder_name(component.controller)} with authority {component.control.authority}; "
+                    f"{message.authority} is not higher",
+                )
+            ]
+        events = self._control_events(
+            message.component, outcomes, f"requested with authority {message.authority}"
+        )
+        return events + self._follow(outcomes, component, now_s)
+
+    def release_control(
+        self, message: ReleaseControl, sender: JausAddress, now_s: float
+    ) -> list[EndpointEvent]:
+        """Take Release Component Control; from one who has no control it is a mere repeat (XGV-20)."""
+        component = self.by_id.get(message.component)
+        if component is None:
+            return [_refuse_component(message, message.component)]
+        outcomes = component.release_control(sender)
+        return self._control_events(message.component, outcomes, "released") + self._follow(
+            outcomes, component, now_s
+        )
+
+    def command_status(
+        self, message: CommandStatus, sender: JausAddress, now_s: float
+    ) -> list[EndpointEvent]:
+        """Take a status command (XGV-25); the PD takes Resume and Standby also from the MPD's controller."""
+        component = self.by_id.get(message.component)
+        if component is None:
+            return [_refuse_component(message, message.component)]
+        name = COMPONENT_NAMES[message.component]
+        command = message.command.name.lower().replace("_", " ")
+        status = component.status
+        outcomes = component.command_status(message.command, sender, deputy=self._deputy_of(component))
+        if any(isinstance(outcome, StatusCommandRefused) for outcome in outcomes):
+            return [MessageRefused(message, self._why_not_permitted(component, name, command, sender))]
+        if message.command is StatusCommand.RESET:
+            self._initialized_s[message.component] = now_s + self._initialize_s
+        elif component.status is not ComponentStatus.INITIALIZE:
+            self._initialized_s.pop(message.component, None)
+        if message.command is StatusCommand.RESUME and component.status is not ComponentStatus.READY:
+            reason = f"resume acts in standby only; the {name} is in {status.name.lower()}"
+            return [MessageRefused(message, reason)]
+        return _status_events(message.component, outcomes, f"{command} from {sender}")
+
+    def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
+        """End initialisations that are due, and let the MPD ask for the PD again (XGV-19)."""
+        events: list[EndpointEvent] = []
+        for component_id, due_s in tuple(self._initialized_s.items()):
+            if due_s <= now_s + _ROUNDING_S:
+                del self._initialized_s[component_id]
+                outcomes = self.by_id[component_id].finish_initialization()
+                events += _status_events(component_id, outcomes, "initialised")
+        if self._ask_s <= now_s + _ROUNDING_S:
+            events += self._ask_for_primitive(now_s)
+        return events
+
+    def _deputy_of(self, component: Component) -> JausAddress | None:
+        """Return who may resume ``component`` because he controls the MPD that controls it."""
+        mpd_holds_it = component is self.primitive and component.controller == self.profile.address
+        return self.profile.controller if mpd_holds_it else None
+
+    def _why_not_permitted(self, component: Component, name: str, command: str, sender: JausAddress) -> str:
+        standing = component.standing_of(sender, deputy=self._deputy_of(component))
+        if standing is Standing.NOBODY_CONTROLS:
+            return f"only its controller may send {command} to the {name}, and it has none"
+        return (
+            f"{sender} may not send {command}: {self.holder_name(component.controller)} controls the {name}"
+        )
+
+    def _follow(
+        self, outcomes: list[ControlOutcome], component: Component, now_s: float
+    ) -> list[EndpointEvent]:
+        """Let the MPD draw the consequences of a change of control."""
+        if not any(isinstance(outcome, ControlChanged) for outcome in outcomes):
+            return []
+        if component is self.profile:
+            if self.profile.control is not None:
+                return self._ask_for_primitive(now_s)
+            self._ask_s = math.inf
+            given_back = self.primitive.release_control(self.profile.address)
+            return self._control_events(
+                ComponentId.PRIMITIVE_DRIVER,
+                given_back,
+                "released: the Motion Profile Driver lost its controller",
+            )
+        # The PD changed hands under the MPD: whoever took it asked with more authority, or the
+        # MPD waits for it and asks again at its own pace.
+        if self.profile.control is not None and math.isinf(self._ask_s):
+            self._ask_s = now_s + self._request_period_s
+        return []
+
+    def _ask_for_primitive(self, now_s: float) -> list[EndpointEvent]:
+        """Let the MPD request the PD with its own controller's authority (XGV-17, XGV-19)."""
+        self._ask_s = math.inf
+        if self.profile.control is None:
+            return []
+        authority = self.profile.control.authority
+        outcomes = self.primitive.request_control(self.profile.address, authority)
+        if self.primitive.controller != self.profile.address:
+            self._ask_s = now_s + self._request_period_s
+        return self._control_events(
+            ComponentId.PRIMITIVE_DRIVER, outcomes, f"requested with authority {authority}"
+        )
+
+    def _control_events(
+        self, component: ComponentId, outcomes: list[ControlOutcome], reason: str
+    ) -> list[EndpointEvent]:
+        """Return an event if another one controls ``component`` now; a mere rise of authority is none."""
+        events: list[EndpointEvent] = []
+        for outcome in outcomes:
+            if not isinstance(outcome, ControlChanged):
+                continue
+            before, after = (
+                self.holder_name(None if control is None else control.controller)
+                for control in (outcome.before, outcome.after)
+            )
+            if before != after:
+                name = COMPONENT_NAMES[component]
+                events.append(
+                    EndpointChanged("component_control", f"{name}: {before}", f"{name}: {after}", (reason,))
+                )
+        return events
+
+
+def _refuse_component(
+    message: RequestControl | ReleaseControl | CommandStatus, component: ComponentId
+) -> MessageRefused:
+    return MessageRefused(
+        message,
+        f"the {COMPONENT_NAMES[component]} takes no {type(message).__name__}; "
+        "only the Primitive Driver and the Motion Profile Driver do",
+    )
+
+
+def _status_events(
+    component: ComponentId, outcomes: list[StatusChanged | StatusCommandRefused], reason: str
+) -> list[EndpointEvent]:
+    name = COMPONENT_NAMES[component]
+    return [
+        EndpointChanged(
+            "component_status",
+            f"{name}: {outcome.before.name.lower()}",
+            f"{name}: {outcome.after.name.lower()}",
+            (reason,),
+        )
+        for outcome in outcomes
+        if isinstance(outcome, StatusChanged)
+    ]

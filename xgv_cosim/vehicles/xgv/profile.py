@@ -1,0 +1,111 @@
+"""The XGV as a vehicle profile: what the rest of the program needs to know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from xgv_cosim.actuation import Driver
+from xgv_cosim.errors import CommandError
+from xgv_cosim.injection import InjectionKind
+from xgv_cosim.vehicles.base import Assumption, InjectionEffect, ModeInputs, Resolution, StopSettings
+from xgv_cosim.vehicles.xgv import modes, tables
+from xgv_cosim.vehicles.xgv.assumptions import ledger
+from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
+from xgv_cosim.vehicles.xgv.settings import PauseSteering, XgvSettings
+
+EFFECTS: Mapping[InjectionKind, InjectionEffect] = MappingProxyType(
+    {
+        InjectionKind.ESTOP_PAUSE: InjectionEffect(device_bits=modes.SAFESTOP_PAUSE),
+        InjectionKind.ESTOP_DISABLE: InjectionEffect(device_bits=modes.SAFESTOP_STOP),
+        InjectionKind.ESTOP_BUTTON: InjectionEffect(device_bits=modes.ESTOP_BUTTON),
+        InjectionKind.OVERRIDE: InjectionEffect(device_bits=modes.MANUAL_OVERRIDE_ENGAGED),
+        InjectionKind.EMO: InjectionEffect(device_bits=modes.EMERGENCY_OVERRIDE_ENGAGED),
+        InjectionKind.DOOR: InjectionEffect(device_bits=modes.DOOR_OPEN),
+        InjectionKind.ERROR: InjectionEffect(raises_error=True),
+        InjectionKind.CMD_LOSS: InjectionEffect(blocks_link=True),
+    }
+)
+"""What each injection does to an XGV (XGV-52, cross-profile rules); the other kinds are unsupported."""
+
+BOTH_MANUAL = modes.MANUAL_STEERING | modes.MANUAL_SPEED
+
+
+class XgvProfile:
+    """One group of XGVs with the same settings. Implements ``vehicles.base.VehicleProfile``."""
+
+    def __init__(self, settings: XgvSettings | None = None) -> None:
+        self.settings = XgvSettings() if settings is None else settings
+
+    @property
+    def name(self) -> str:
+        """Return ``xgv``."""
+        return "xgv"
+
+    @property
+    def effects(self) -> Mapping[InjectionKind, InjectionEffect]:
+        """Return what each supported injection does."""
+        return EFFECTS
+
+    @property
+    def base_device_bits(self) -> int:
+        """Return the safety devices of a car to which nothing happens: SafeStop link good (XGV-42)."""
+        return modes.LINK_GOOD
+
+    @property
+    def stop_settings(self) -> StopSettings:
+        """Return how both pauses stop the car (XGV-33, XGV-35, XGV-36)."""
+        return StopSettings(
+            decel_mps2=self.settings.pause_decel_mps2,
+            hold_brake=self.settings.pause_hold_brake,
+            centres_without_command=self.settings.pause_no_command_steering is PauseSteering.CENTRE,
+        )
+
+    def new_endpoint(self, vehicle_id: str, now_s: float) -> XgvEndpoint:  # noqa: ARG002 - the protocol's
+        """Return the endpoint of a car that was just bound: nobody in control, both drivers in standby."""
+        return XgvEndpoint(self.settings)
+
+    def resolve(self, inputs: ModeInputs) -> Resolution:
+        """Return safety mode and axis control of all slots by table look-up."""
+        return tables.resolve(inputs, self.settings.pause_no_command_steering)
+
+    def safety_mode_name(self, code: int) -> str:
+        """Return for example ``estop_pause``; the reserved codes 3 to 7 are software pause too (XGV-50).
+
+        Raises:
+            ValueError: No safety mode has this code.
+        """
+        if modes.SafetyMode.SOFTWARE_PAUSE <= code < modes.SafetyMode.ESTOP_PAUSE:
+            return modes.SafetyMode.SOFTWARE_PAUSE.name.lower()
+        return modes.SafetyMode(code).name.lower()
+
+    def validate_partial(self, bits: int, driver: Driver, *, forced: bool = False) -> None:
+        """Check a partial mode that the operator wants to set (XGV-40, XGV-41).
+
+        Args:
+            bits: Bit 0 manual steering, bit 1 manual speed.
+            driver: Who sits in the car.
+            forced: Allow a manual axis with nobody aboard.
+
+        Raises:
+            CommandError: Both axes manual without ``partial_allow_both``, a manual axis with nobody
+                aboard, or other bits.
+        """
+        if bits & ~BOTH_MANUAL:
+            raise CommandError(
+                f"partial mode: got {bits!r}, expected 0 (full), 1 (manual steering), 2 (manual speed) or 3 (both)"
+            )
+        if bits == BOTH_MANUAL and not self.settings.partial_allow_both:
+            raise CommandError(
+                "partial mode: both axes manual is none of the three modes of the XGV; "
+                "set xgv.partial_allow_both to allow it"
+            )
+        if bits and driver is Driver.NONE and not forced:
+            raise CommandError(
+                "partial mode: a manual axis with nobody aboard (bind.driver = none) leaves the car without "
+                "anybody in control of it, and a pause without effect; put a driver aboard, or force it"
+            )
+
+    def assumptions(self) -> tuple[Assumption, ...]:
+        """Return the ledger with the values in force."""
+        return ledger(self.settings)
