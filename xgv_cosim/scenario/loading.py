@@ -1,0 +1,223 @@
+"""Reads scenario files and reports everything that is wrong with them at once, each with its place."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TYPE_CHECKING
+
+from pydantic import ValidationError
+
+import sumo_scenarios
+from xgv_cosim.errors import ScenarioError
+from xgv_cosim.scenario.checks import disagreements
+from xgv_cosim.scenario.document import Document, read_document
+from xgv_cosim.scenario.model import (
+    DISAGREEMENTS_LATER,
+    BindSection,
+    ExpectationSection,
+    InjectionSection,
+    Scenario,
+)
+from xgv_cosim.scenario.overrides import Override, apply_overrides
+from xgv_cosim.scenario.problems import Path as KeyPath
+from xgv_cosim.scenario.problems import Problem, dotted, word_hint
+from xgv_cosim.scenario.source import ScenarioSource
+from xgv_cosim.scenario.translation import problems_of
+
+if TYPE_CHECKING:
+    from xgv_cosim.scenario.section import Section
+    from collections.abc import Mapping, Sequence
+
+FILE_NAME = "scenario.yaml"
+"""Name of the scenario file in a scenario's folder."""
+
+
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """What came of reading a scenario: the scenario, or what is wrong with it."""
+
+    name: str
+    """What messages call it."""
+    scenario: Scenario | None
+    problems: tuple[Problem, ...]
+
+    def require(self) -> Scenario:
+        """Return the scenario.
+
+        Raises:
+            ScenarioError: Something is wrong with it; ``problems`` has one line for each mistake.
+        """
+        if self.scenario is None or self.problems:
+            count = f"{len(self.problems)} problems" if len(self.problems) != 1 else "1 problem"
+            raise ScenarioError(f"{self.name}: {count}", tuple(map(str, self.problems)))
+        return self.scenario
+
+
+def load_scenario(path_or_name: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+    """Return the scenario of a YAML file, of a folder with a ``scenario.yaml``, or of a packaged name.
+
+    A plain name such as ``hello`` means the packaged scenario first; ``./hello`` means the folder.
+
+    Args:
+        path_or_name: File, folder or packaged name.
+        overrides: ``dotted.key=value`` each, as ``--set`` takes them; list entries by index.
+
+    Raises:
+        ScenarioError: It is not there, or wrong; every mistake is a line
+            ``file:line:column: dotted.key: message (did you mean 'x'?)`` of ``problems``.
+    """
+    return examine_scenario(path_or_name, overrides).require()
+
+
+def scenario_from_mapping(data: Mapping[str, Any], folder: str | Path) -> Scenario:
+    """Return the scenario of plain data, for example of ``Scenario.to_mapping``.
+
+    Args:
+        data: The same keys as in a scenario file.
+        folder: Folder in which relative paths begin.
+
+    Raises:
+        ScenarioError: Something is wrong; places are dotted keys.
+    """
+    source = ScenarioSource(folder=Path(folder).resolve())
+    return _examine(dict(data), source, Document("the scenario"), [], [], located=False).require()
+
+
+def examine_scenario(path_or_name: str | Path, overrides: Sequence[str] = ()) -> Examination:
+    """Read a scenario like ``load_scenario``, but return the problems instead of raising them.
+
+    Raises:
+        ScenarioError: There is no such scenario, or its file cannot be read.
+    """
+    path = find_scenario(path_or_name)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ScenarioError(
+            f"{_shown(path)}: not UTF-8 text (byte {error.start}); save the file as UTF-8"
+        ) from error
+    except OSError as error:
+        raise ScenarioError(f"{_shown(path)}: cannot be read: {error.strerror}") from error
+    document = read_document(text, _shown(path))
+    if document.problems and document.data is None:
+        return Examination(document.name, None, tuple(document.problems))
+    data, applied, problems = apply_overrides(document.data, overrides)
+    source = ScenarioSource(path.parent.resolve(), path.resolve(), text, tuple(overrides))
+    return _examine(data, source, document, applied, [*document.problems, *problems])
+
+
+def find_scenario(path_or_name: str | Path) -> Path:
+    """Return the scenario file that a path or a packaged name means.
+
+    Raises:
+        ScenarioError: There is none; near names are in the message.
+    """
+    packaged = {info.name: info.folder for info in sumo_scenarios.list_scenarios()}
+    if isinstance(path_or_name, str) and path_or_name in packaged:
+        return packaged[path_or_name] / FILE_NAME
+    path = Path(path_or_name)
+    if path.is_dir():
+        if (path / FILE_NAME).is_file():
+            return path / FILE_NAME
+        raise ScenarioError(
+            f"{_shown(path)}: a folder without {FILE_NAME}; 'xgv-cosim init DIR' makes a folder with one"
+        )
+    if path.exists():
+        return path
+    siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+    hint = word_hint(path.name, [*packaged, *siblings])
+    raise ScenarioError(
+        f"no scenario {str(path_or_name)!r}: neither a file or folder nor a packaged scenario"
+        f"{f' ({hint})' if hint else ''}; packaged: {', '.join(packaged) or 'none'}"
+    )
+
+
+def _shown(path: Path) -> str:
+    """Return a path as short as it stays true from the working folder."""
+    try:
+        return os.fspath(path.resolve().relative_to(Path.cwd()))
+    except ValueError:
+        return os.fspath(path)
+
+
+def _examine(
+    data: Any,  # noqa: ANN401 - a YAML value has any type
+    source: ScenarioSource,
+    document: Document,
+    applied: Sequence[Override],
+    problems: Sequence[Problem],
+    *,
+    located: bool = True,
+) -> Examination:
+    """Check plain data as a whole and return the scenario or every problem."""
+
+    def from_option(path: KeyPath) -> str | None:
+        owners = [o.option for o in applied if o.path[: len(path)] == path or path[: len(o.path)] == o.path]
+        return owners[-1] if owners else None
+
+    def place_of_key(path: KeyPath) -> str:
+        return from_option(path) or (document.place_of_key(path) if located else "")
+
+    def place_of_value(path: KeyPath) -> str:
+        return from_option(path) or (document.place_of_value(path) if located else "")
+
+    found = list(problems)
+    if not isinstance(data, dict):
+        what = "the file is empty" if data is None else "expected keys such as 'name: ...' at the top"
+        found.append(Problem(f"not a scenario: {what}; 'xgv-cosim init DIR' makes one", place=document.name))
+        return Examination(document.name, None, tuple(found))
+    scenario: Scenario | None = None
+    wrong: set[KeyPath] = set()
+    try:
+        # By way of JSON, since strict reading of JSON takes words for enumerations and lists for tuples.
+        text = json.dumps(data, default=str)
+        scenario = Scenario.model_validate_json(text, context={DISAGREEMENTS_LATER: True})
+    except ValidationError as error:
+        found += problems_of(error, place_of_key, place_of_value)
+        wrong = {tuple(detail["loc"][:2]) for detail in error.errors(include_url=False)}
+    for path, message in _disagreements(data, wrong):
+        found.append(Problem(message, dotted(path), place_of_value(path)))
+    if found:
+        return Examination(document.name, None, tuple(sorted(found, key=_in_file_order)))
+    assert scenario is not None  # noqa: S101 - no problem was found, so it was made
+    located_source = ScenarioSource(source.folder, source.path, source.text, source.overrides, place_of_value)
+    return Examination(document.name, scenario.with_source(located_source), ())
+
+
+def _in_file_order(problem: Problem) -> tuple[bool, int, int]:
+    """Sort by line and column; what stands in no line, such as options, comes last."""
+    line, _, column = problem.place.rpartition(":")
+    line = line.rpartition(":")[2]
+    if not (line.isdecimal() and column.isdecimal()):
+        return (True, 0, 0)
+    return (False, int(line), int(column))
+
+
+def _disagreements(data: dict[str, Any], wrong: set[KeyPath]) -> list[tuple[KeyPath, str]]:
+    """Return what does not fit together among the parts that are right in themselves."""
+
+    def number(key: str, default: float | None) -> float | None:
+        value = data.get(key, default)
+        return None if (key,) in wrong or isinstance(value, str) else value
+
+    def rows(key: str, section: type[Section]) -> dict[int, Any]:
+        entries = data.get(key) or []
+        if (key,) in wrong or not isinstance(entries, list):
+            return {}
+        return {
+            index: section.model_validate_json(json.dumps(row, default=str))
+            for index, row in enumerate(entries)
+            if (key, index) not in wrong
+        }
+
+    return disagreements(
+        number("duration_s", None),
+        number("step_s", Scenario.model_fields["step_s"].default),
+        rows("bind", BindSection),
+        rows("injections", InjectionSection),
+        rows("expect", ExpectationSection),
+        all_bind_rows=not any(path[0] == "bind" for path in wrong),
+    )

@@ -1,0 +1,277 @@
+"""A scenario as data: one run's world, bound vehicles, settings, injections and expectations.
+
+Field docstrings become the descriptions of the JSON Schema, which editors show while one types.
+Numbers must be numbers: ``"10"`` for a time is refused, as are NaN and infinity.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Final, Literal, Self
+
+from pydantic import Discriminator, Field, PrivateAttr, Tag, ValidationInfo, field_validator, model_validator
+
+from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.clock import CONTROL_TICK_S
+from xgv_cosim.injection import InjectionKind
+from xgv_cosim.scenario.checks import disagreements
+from xgv_cosim.scenario.section import Section
+from xgv_cosim.scenario.source import ScenarioSource
+from xgv_cosim.scenario.xgv_section import XgvSection
+
+SCHEMA: Final = "xgv-cosim/scenario/1"
+"""Name and version of the file format."""
+
+DISAGREEMENTS_LATER = "disagreements_later"
+"""Key of the validation context: the caller looks for disagreements between sections itself."""
+
+PATTERN, LIST, QUERY = "|pattern", "|list", "|query"
+"""Tags of the three shapes of a selector; ``|`` keeps them apart from keys in error locations."""
+
+ModeName = Literal[
+    "drive_by_wire",
+    "software_pause",
+    "estop_pause",
+    "manual_override",
+    "emergency_manual_override",
+    "estop_disable",
+    "inactive",
+]
+"""Safety modes that a vehicle may be expected to be in."""
+
+
+class VehicleQuery(Section):
+    """Vehicles chosen by what they are rather than by name; all given conditions must hold."""
+
+    type: Annotated[str, Field(min_length=1)] | None = None
+    """The world's vehicle type (in SUMO: vType), or a pattern such as ``xgv_*``."""
+    share: Annotated[float, Field(gt=0, le=1)] | None = None
+    """Share of the vehicles, more than 0 up to 1; each vehicle is drawn by its id and the seed."""
+    seed: Annotated[int, Field(ge=0)] | None = None
+    """Seed of the draw; without it the scenario's seed."""
+
+    @model_validator(mode="after")
+    def _asks_for_something(self) -> Self:
+        if self.type is None and self.share is None:
+            raise ValueError("expected 'type', 'share' or both")
+        if self.seed is not None and self.share is None:
+            raise ValueError("'seed' goes with 'share'; add 'share' or remove 'seed'")
+        return self
+
+
+def _shape_of_selector(value: object) -> str | None:
+    if isinstance(value, str):
+        return PATTERN
+    if isinstance(value, (list, tuple)):
+        return LIST
+    return QUERY if isinstance(value, (dict, VehicleQuery)) else None
+
+
+_VehicleId = Annotated[str, Field(min_length=1)]
+
+Selector = Annotated[
+    Annotated[_VehicleId, Tag(PATTERN)]
+    | Annotated[tuple[_VehicleId, ...], Field(min_length=1), Tag(LIST)]
+    | Annotated[VehicleQuery, Tag(QUERY)],
+    Discriminator(_shape_of_selector),
+]
+"""An id or pattern (``xgv_*``), a list of them, or a ``VehicleQuery``."""
+
+
+class SumoSection(Section):
+    """Traffic simulated by SUMO."""
+
+    config: Annotated[str, Field(min_length=1)]
+    """The .sumocfg file, relative to the scenario file."""
+    options: tuple[str, ...] = ()
+    """Further SUMO options, for example ``["--time-to-teleport", "-1"]``."""
+
+
+class WorldSection(Section):
+    """The traffic around the bound vehicles."""
+
+    sumo: SumoSection
+    """Traffic simulated by SUMO."""
+
+
+class BindSection(Section):
+    """Vehicles of the traffic that become emulated drive-by-wire vehicles."""
+
+    vehicles: Selector
+    """Which vehicles: an id or pattern, a list of them, ``{type: ...}`` or ``{share: ..., seed: ...}``."""
+    profile: Literal["xgv"] = "xgv"
+    """Make of vehicle."""
+    preset: Annotated[str, Field(min_length=1)] = "ford_escape_hybrid"
+    """Geometry, actuators and road load of the vehicle."""
+    coupling: CouplingKind = CouplingKind.FREE
+    """How the vehicle is written into the traffic: free (any pose) or lane (the traffic keeps the lane)."""
+    start: Literal["handover", "cold"] = "handover"
+    """handover: the traffic drives it until drive-by-wire is reached; cold: powered up at standstill."""
+    driver: Literal["rider", "none", "world"] = "rider"
+    """Who sits in the car and takes what the computer releases (XGV-64)."""
+    driver_reaction_s: Annotated[float, Field(ge=0)] = 1.0
+    """Time after which the rider takes an axis that was released without his doing."""
+    partial: Literal["full", "manual_steering", "manual_speed"] = "full"
+    """Partial mode: which axis the computer leaves to the human (XGV-39)."""
+    stack: Literal["reference", "none"] = "reference"
+    """The autonomy stack: reference (keeps lane and distance) or none."""
+    desired_speed_mps: Annotated[float, Field(gt=0)] | None = None
+    """Speed the reference stack drives at; without it the lane's limit."""
+
+    @model_validator(mode="after")
+    def _agrees_with_itself(self) -> Self:
+        if self.partial != "full" and self.driver == "none":
+            raise ValueError(
+                f"partial: {self.partial} leaves an axis to a human, but with driver: none nobody is aboard; "
+                "use driver: rider, driver: world or partial: full (XGV-41)"
+            )
+        if self.desired_speed_mps is not None and self.stack == "none":
+            raise ValueError("desired_speed_mps is read by stack: reference only; remove one of the two")
+        return self
+
+
+class InjectionSection(Section):
+    """Something that happens to some bound vehicles at some time."""
+
+    at_s: Annotated[float, Field(ge=0)]
+    """When it begins, in seconds since the start of the run."""
+    vehicles: Selector
+    """Which of the bound vehicles."""
+    kind: InjectionKind
+    """What happens."""
+    duration_s: Annotated[float, Field(gt=0)] | None = None
+    """How long it lasts; without it, to the end (latching is the vehicle's business)."""
+    code: Annotated[int, Field(ge=0)] | None = None
+    """Error code, for kind error."""
+
+    @model_validator(mode="after")
+    def _code_belongs_to_error(self) -> Self:
+        if self.kind is InjectionKind.ERROR and self.code is None:
+            raise ValueError("kind: error needs 'code', the number of the error, for example 9109")
+        if self.kind is not InjectionKind.ERROR and self.code is not None:
+            raise ValueError(f"'code' goes with kind: error, not with kind: {self.kind}; remove it")
+        return self
+
+
+class ExpectationSection(Section):
+    """What the run has to show; a run that does not show it ends with exit code 1."""
+
+    vehicle: _VehicleId | None = None
+    """Id of a bound vehicle; without it the whole run (no_collision and min_gap_m only)."""
+    mode: ModeName | None = None
+    """Safety mode that is in force at by_s, or always."""
+    standstill: Literal[True] | None = None
+    """The vehicle stands at by_s, or always: slower than 0.1 m/s for at least 0.5 s."""
+    no_collision: Literal[True] | None = None
+    """No collision up to by_s, or ever."""
+    min_gap_m: Annotated[float, Field(ge=0)] | None = None
+    """Smallest gap, bumper to bumper, to the vehicles ahead and behind, up to by_s, or ever."""
+    by_s: Annotated[float, Field(ge=0)] | None = None
+    """Time of the run at which, or up to which, it has to hold."""
+    always: Literal[True] | None = None
+    """It has to hold through the whole run."""
+
+    @model_validator(mode="after")
+    def _says_one_thing(self) -> Self:
+        facts = {
+            "mode": self.mode,
+            "standstill": self.standstill,
+            "no_collision": self.no_collision,
+            "min_gap_m": self.min_gap_m,
+        }
+        given = [name for name, value in facts.items() if value is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"expected exactly one of {', '.join(facts)}; got {' and '.join(given) or 'none of them'}"
+            )
+        if (self.by_s is None) == (self.always is None):
+            raise ValueError(
+                f"expected exactly one of by_s, always; got {'neither' if self.always is None else 'both'}"
+            )
+        if self.vehicle is None and given[0] in {"mode", "standstill"}:
+            raise ValueError(f"{given[0]} needs 'vehicle', the id of a bound vehicle")
+        return self
+
+    @property
+    def what(self) -> Literal["mode", "standstill", "no_collision", "min_gap_m"]:
+        """Return the name of the one fact that is expected."""
+        if self.mode is not None:
+            return "mode"
+        if self.standstill is not None:
+            return "standstill"
+        return "no_collision" if self.no_collision is not None else "min_gap_m"
+
+
+class Scenario(Section):
+    """One run as data: what is simulated, what happens to whom, and what has to come of it."""
+
+    schema_name: Literal["xgv-cosim/scenario/1"] = Field(default=SCHEMA, alias="schema")
+    """Name and version of this file format."""
+    name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9_.-]+$")]
+    """Short name; run folders are named after it."""
+    description: str = ""
+    """One line: what the scenario shows."""
+    duration_s: Annotated[float, Field(gt=0)]
+    """Length of the run in simulated seconds."""
+    step_s: Annotated[float, Field(gt=0, le=1)] = 0.1
+    """World step, a whole multiple of 0.01 s."""
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
+    """Seed of everything random in the run."""
+    world: WorldSection
+    """The traffic around the bound vehicles."""
+    bind: tuple[BindSection, ...] = ()
+    """Which vehicles are bound, and as what; for a vehicle that several rows match, the first row counts."""
+    xgv: XgvSection = XgvSection()
+    """Settings of all vehicles with profile xgv."""
+    injections: tuple[InjectionSection, ...] = ()
+    """What happens to which vehicles, from when to when."""
+    expect: tuple[ExpectationSection, ...] = ()
+    """What the run has to show."""
+
+    _source: ScenarioSource = PrivateAttr(default_factory=ScenarioSource)
+
+    @field_validator("step_s")
+    @classmethod
+    def _step_is_whole_ticks(cls, step_s: float) -> float:
+        ticks = round(step_s / CONTROL_TICK_S)
+        if ticks < 1 or not math.isclose(ticks * CONTROL_TICK_S, step_s, rel_tol=0, abs_tol=1e-9):
+            raise ValueError(
+                f"got {step_s!r}, expected a whole multiple of the control tick {CONTROL_TICK_S} s, such as 0.1"
+            )
+        return step_s
+
+    @model_validator(mode="after")
+    def _sections_agree(self, info: ValidationInfo) -> Self:
+        if info.context and info.context.get(DISAGREEMENTS_LATER):
+            return self
+        found = disagreements(
+            self.duration_s,
+            self.step_s,
+            dict(enumerate(self.bind)),
+            dict(enumerate(self.injections)),
+            dict(enumerate(self.expect)),
+        )
+        if found:
+            raise ValueError("; ".join(f"{'.'.join(map(str, path))}: {message}" for path, message in found))
+        return self
+
+    @property
+    def source(self) -> ScenarioSource:
+        """Return where the scenario came from and where its relative paths begin."""
+        return self._source
+
+    def with_source(self, source: ScenarioSource) -> Self:
+        """Return the same scenario with another origin."""
+        copy = self.model_copy()
+        copy._source = source  # noqa: SLF001 - the same class
+        return copy
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the scenario, defaults written out, as data that JSON and YAML can hold."""
+        return self.model_dump(mode="json", by_alias=True)
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of scenario files, for editors and other tools."""
+    schema = Scenario.model_json_schema(by_alias=True)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": SCHEMA, **schema}
