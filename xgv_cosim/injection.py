@@ -6,6 +6,7 @@ profiles; a profile that lacks a kind says "unsupported" in the event log instea
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -42,8 +43,11 @@ class Injection:
 
     tick: int
     """Control tick on which it begins to act."""
-    vehicle_ids: tuple[str, ...]
     kind: InjectionKind
+    vehicle_ids: tuple[str, ...] = ()
+    """Vehicles named outright; one that is not bound then is an event of its own."""
+    matches: Callable[[str, str], bool] | None = None
+    """(vehicle id, type id) -> chosen; asked of the vehicles that are bound when it begins."""
     end_tick: int | None = None
     """Control tick on which it ends; None: it stays (latching is the vehicle's business)."""
     code: int | None = None

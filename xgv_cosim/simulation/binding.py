@@ -52,6 +52,8 @@ class BoundVehicle:
     """The objects of one bound vehicle; its numbers live in ``Fleet``."""
 
     vehicle_id: str
+    type_id: str
+    """The world's vehicle type."""
     slot: int
     binding: Binding
     endpoint: Endpoint

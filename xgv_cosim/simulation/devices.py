@@ -34,17 +34,25 @@ class Devices:
             if injection.end_tick is not None:
                 self._schedule.setdefault(injection.end_tick, []).append((source, injection, False))
         self._ticks = sorted(self._schedule)
+        self._chosen: dict[int, tuple[str, ...]] = {}
         self._holders: dict[tuple[str, InjectionKind, int | None], set[int]] = {}
 
     def ticks_between(self, first: int, last: int) -> list[int]:
         """Return the scheduled ticks in ``[first, last)``."""
         return [tick for tick in self._ticks if first <= tick < last]
 
-    def due(self, tick: int) -> list[Edge]:
-        """Return the edges scheduled for ``tick``, in the order of the schedule."""
+    def due(self, tick: int, bound: Sequence[tuple[str, str]]) -> list[Edge]:
+        """Return the edges scheduled for ``tick``, in the order of the schedule.
+
+        Args:
+            tick: Control tick.
+            bound: (vehicle id, type id) of the vehicles bound now, from which patterns choose.
+        """
         edges: list[Edge] = []
         for source, injection, begins in self._schedule.get(tick, []):
-            for vehicle_id in injection.vehicle_ids:
+            if begins:
+                self._chosen[source] = _chosen(injection, bound)
+            for vehicle_id in self._chosen[source]:
                 edges += self.change(source, vehicle_id, injection.kind, injection.code, begins=begins)
         return edges
 
@@ -62,3 +70,9 @@ class Devices:
         return [
             (kind, code) for (name, kind, code), held in self._holders.items() if held and name == vehicle_id
         ]
+
+
+def _chosen(injection: Injection, bound: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Return the vehicles an injection acts on: those named, then those bound that match."""
+    matching = [name for name, kind in bound if injection.matches and injection.matches(name, kind)]
+    return tuple(dict.fromkeys((*injection.vehicle_ids, *matching)))

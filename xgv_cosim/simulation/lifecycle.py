@@ -67,6 +67,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
     fill_row(state.fleet, slot, snapshot, row, binding)
     vehicle = BoundVehicle(
         vehicle_id=vehicle_id,
+        type_id=snapshot.type_ids[row],
         slot=slot,
         binding=binding,
         endpoint=binding.profile.new_endpoint(vehicle_id, state.now_s),

@@ -34,7 +34,10 @@ PARTIAL_NAMES = ("full", "manual_steering", "manual_speed", "both_manual")
 
 def apply_scheduled(state: RunState, tick: int) -> None:
     """Apply the injections whose edge lies on ``tick`` (XGV-71)."""
-    apply_edges(state, state.devices.due(tick))
+    if not state.devices.ticks_between(tick, tick + 1):
+        return
+    bound = [(vehicle.vehicle_id, vehicle.type_id) for vehicle in state.vehicles]
+    apply_edges(state, state.devices.due(tick, bound))
 
 
 def next_edge(state: RunState, tick: int, end: int) -> int:

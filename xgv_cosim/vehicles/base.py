@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from xgv_cosim.actuation import Driver
 from xgv_cosim.columns import BoolColumn, UInt8Column, UInt16Column
 from xgv_cosim.endpoint import Endpoint
 from xgv_cosim.injection import InjectionKind
@@ -107,6 +108,14 @@ class VehicleProfile(Protocol):
 
     def resolve(self, inputs: ModeInputs) -> Resolution:
         """Return modes and axis control for all slots by table look-up."""
+        ...
+
+    def validate_partial_mode(self, bits: int, driver: Driver) -> None:
+        """Refuse a partial mode that makes no sense for this profile (XGV-41).
+
+        Raises:
+            ScenarioError: Both axes manual where that is not allowed, or a manual axis without a driver.
+        """
         ...
 
     def safety_mode_name(self, code: int) -> str:

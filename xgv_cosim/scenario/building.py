@@ -1,0 +1,113 @@
+"""A scenario becomes a simulation: world, bindings, stacks and injections are made from its data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+from jaus.address import JausAddress
+from xgv_cosim.actuation import Driver
+from xgv_cosim.autonomy.reference import ReferenceStack, ReferenceStackSettings
+from xgv_cosim.clock import tick_at_or_after
+from xgv_cosim.injection import Injection
+from xgv_cosim.links.base import Link
+from xgv_cosim.links.in_process import InProcessLink
+from xgv_cosim.parameters import load_preset
+from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
+from xgv_cosim.scenario.model import Selector as VehicleSelector
+from xgv_cosim.scenario.selection import binding_of, matches
+from xgv_cosim.simulation import Binding, Observer, Simulation
+from xgv_cosim.simulation.binding import LinkFactory, Selector, StartKind
+from xgv_cosim.simulation.requests import PARTIAL_NAMES
+from xgv_cosim.vehicles.base import VehicleProfile
+from xgv_cosim.vehicles.xgv.profile import XgvProfile
+from xgv_cosim.worlds.sumo.world import SumoWorld
+
+_DRIVERS = {"none": Driver.NONE, "rider": Driver.RIDER, "world": Driver.WORLD}
+_WILDCARDS = frozenset("*?[")
+
+
+def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> Simulation:
+    """Return the simulation of a scenario, its world opened and before its first step.
+
+    Raises:
+        ScenarioError: A preset is unknown, or a binding cannot be made.
+        WorldError: SUMO cannot start, or runs in this process already.
+    """
+    sumo = scenario.world.sumo
+    world = SumoWorld(
+        scenario.source.folder / sumo.config,
+        step_s=scenario.step_s,
+        seed=scenario.seed,
+        options=sumo.options,
+    )
+    try:
+        return Simulation(
+            world,
+            selector_of(scenario),
+            [injection_of(row, scenario.seed) for row in scenario.injections],
+            step_s=scenario.step_s,
+            observers=observers,
+        )
+    except BaseException:
+        world.close()
+        raise
+
+
+def profile_of(scenario: Scenario) -> XgvProfile:
+    """Return the XGV profile with the scenario's settings."""
+    return XgvProfile(scenario.xgv)
+
+
+def selector_of(scenario: Scenario) -> Selector:
+    """Return the function that says how each vehicle of the world is bound."""
+    profile = profile_of(scenario)
+    made = {id(row): binding_from(row, profile) for row in scenario.bind}
+
+    def select(vehicle_id: str, type_id: str) -> Binding | None:
+        row = binding_of(scenario.bind, vehicle_id, type_id, scenario.seed)
+        return None if row is None else made[id(row)]
+
+    return select
+
+
+def binding_from(row: BindSection, profile: VehicleProfile) -> Binding:
+    """Return one ``bind`` row made ready."""
+    return Binding(
+        profile=profile,
+        parameters=load_preset(row.preset),
+        coupling=row.coupling,
+        start=StartKind(row.start),
+        driver=_DRIVERS[row.driver],
+        driver_reaction_s=row.driver_reaction_s,
+        partial_mode=PARTIAL_NAMES.index(row.partial),
+        new_link=_reference_link(row) if row.stack == "reference" else None,
+    )
+
+
+def _reference_link(row: BindSection) -> LinkFactory:
+    settings = ReferenceStackSettings(desired_speed_mps=row.desired_speed_mps)
+
+    def new_link(_vehicle_id: str, address: JausAddress) -> Link:
+        return InProcessLink(ReferenceStack(address, settings), address)
+
+    return new_link
+
+
+def injection_of(row: InjectionSection, seed: int) -> Injection:
+    """Return one ``injections`` row on control ticks, its vehicles named or described."""
+    begin = tick_at_or_after(row.at_s)
+    end = None if row.duration_s is None else tick_at_or_after(row.at_s + row.duration_s)
+    named = named_vehicles(row.vehicles)
+
+    @cache
+    def chosen(vehicle_id: str, type_id: str) -> bool:
+        return matches(row.vehicles, vehicle_id, type_id, seed)
+
+    return Injection(begin, row.kind, named, chosen, end, row.code)
+
+
+def named_vehicles(selector: VehicleSelector) -> tuple[str, ...]:
+    """Return the vehicles that a selector names outright, without a pattern."""
+    patterns = (selector,) if isinstance(selector, str) else selector if isinstance(selector, tuple) else ()
+    return tuple(pattern for pattern in patterns if not _WILDCARDS & set(pattern))
