@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from xgv_cosim.vehicles.base import Assumption
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 
@@ -13,197 +15,218 @@ _RELEASES = (
     "safety_mode:estop_disable",
 )
 
-# Rule, settings key (empty: none), evidence, reading, facts that exercise it.
-_LEDGER = (
-    (
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """One open reading; ``key`` is its key in a scenario, ``setting`` the field of ``XgvSettings``."""
+
+    rule: str
+    evidence: str
+    text: str
+    facts: tuple[str, ...]
+    key: str = ""
+    setting: str = ""
+
+
+_READINGS = (
+    _Reading(
         "XGV-08",
-        "",
         "E",
         "Component numbers: Primitive Driver 33, Motion Profile Driver 10, instance 1, node 1.",
         ("bound",),
     ),
-    (
+    _Reading(
         "XGV-18",
-        "control_mode_both_clients",
         "D",
-        "Figure A is missing: a client controls the Primitive Driver alone: wrench efforts; a client controls "
-        "the Motion Profile Driver and that the Primitive Driver: motion profiles; all else is software pause. "
-        "The key decides for one client that controls both.",
+        "Figure A is missing: a client controls the Primitive Driver alone: wrench efforts; a "
+        "client controls the Motion Profile Driver and that the Primitive Driver: motion "
+        "profiles; all else is software pause. The key decides for one client that controls both.",
         ("control_mode",),
+        key="xgv.control_mode.both_clients",
+        setting="control_mode_both_clients",
     ),
-    (
+    _Reading(
         "XGV-19",
-        "mpd_request_period_s",
         "D",
-        "The Motion Profile Driver asks for the Primitive Driver with its own controller's authority, again "
-        "after this period while it is denied, and gives it back when it loses its controller.",
+        "The Motion Profile Driver asks for the Primitive Driver with its own controller's "
+        "authority, again after this period while it is denied, and gives it back when it loses "
+        "its controller.",
         ("component_control:Primitive Driver: Motion Profile Driver",),
+        key="xgv.mpd.request_period_s",
+        setting="mpd_request_period_s",
     ),
-    (
+    _Reading(
         "XGV-20",
-        "",
         "E",
         "A request with a higher authority than the controller's pre-empts him; an equal one is rejected.",
         ("component_control",),
     ),
-    (
+    _Reading(
         "XGV-25",
-        "",
         "E",
-        "Resume acts in standby only; Standby in ready only; Clear Emergency leads to standby from any status.",
+        "Resume acts in standby only; Standby in ready only; Clear Emergency leads to standby "
+        "from any status.",
         ("component_status",),
     ),
-    (
+    _Reading(
         "XGV-25",
-        "",
         "D",
-        "A bound car starts in standby. The Primitive Driver takes Resume and Standby also from the controller "
-        "of the Motion Profile Driver that controls it.",
-        ("component_status:Primitive Driver: ready", "component_status:Primitive Driver: standby"),
+        "A bound car starts in standby. The Primitive Driver takes Resume and Standby also from "
+        "the controller of the Motion Profile Driver that controls it.",
+        (
+            "component_status:Primitive Driver: ready",
+            "component_status:Primitive Driver: standby",
+        ),
     ),
-    (
+    _Reading(
         "XGV-25",
-        "initialize_s",
         "D",
         "Reset leads to initialize, and after this time to standby.",
         (
             "component_status:Primitive Driver: initialize",
             "component_status:Motion Profile Driver: initialize",
         ),
+        key="xgv.initialize_s",
+        setting="initialize_s",
     ),
-    (
+    _Reading(
         "XGV-26",
-        "",
         "D",
-        "Figure B is missing: the safety mode is the greatest of those asked for: stop relay or button, "
-        "emergency override, override, pause relay, then door, error, steering, control and ready mode.",
+        "Figure B is missing: the safety mode is the greatest of those asked for: stop relay or "
+        "button, emergency override, override, pause relay, then door, error, steering, control "
+        "and ready mode.",
         ("safety_mode",),
     ),
-    (
+    _Reading(
         "XGV-31",
-        "",
         "D",
         "The full brake is held at standstill as long as the disable lasts, with the engine on or off.",
         ("safety_mode:estop_disable",),
     ),
-    (
+    _Reading(
         "XGV-32",
-        "",
         "D",
         "Inactive has no wire code; going inactive releases even the full brake of a disable.",
         ("safety_mode:inactive",),
     ),
-    (
+    _Reading(
         "XGV-35",
-        "pause_no_command_steering",
         "D",
         "What steering does in a pause without a live command.",
         ("control_mode:software_pause", *_TIMEOUTS),
+        key="xgv.pause.no_command_steering",
+        setting="pause_no_command_steering",
     ),
-    (
+    _Reading(
         "XGV-36",
-        "pause_decel_mps2",
         "D",
         "The user's constant deceleration acts in both pauses, without a limit of jerk.",
         _PAUSES,
+        key="xgv.pause.decel_mps2",
+        setting="pause_decel_mps2",
     ),
-    (
+    _Reading(
         "XGV-37",
-        "",
         "D",
-        "Re-arming as the note says, literally: the mode follows devices, control and status, and nothing "
-        "latches; when a stop demand ends the car goes on by itself.",
-        ("injection_ended",),
+        "Re-arming as the note says, literally: the mode follows devices, control and status, and"
+        " nothing latches; when a stop demand ends the car goes on by itself.",
+        ("safety_mode:drive_by_wire",),
     ),
-    (
+    _Reading(
         "XGV-38",
-        "",
         "D",
         "Warnings and 9138 do not set the bit 'paused due to errors'; other errors do while they are raised.",
         ("error",),
     ),
-    (
+    _Reading(
         "XGV-41",
-        "partial_allow_both",
         "D",
         "Whether both axes may be manual at once.",
         ("partial_mode",),
+        key="xgv.partial.allow_both",
+        setting="partial_allow_both",
     ),
-    (
+    _Reading(
         "XGV-42",
-        "",
         "D",
         "The SafeStop link is reported as good; the radio itself is not modelled in this version.",
         ("bound",),
     ),
-    (
+    _Reading(
         "XGV-43",
-        "wrench_timeout_s",
         "E",
-        "A command lives as long as its motion's duration, or this long for wrench efforts; then 9157 or 9158 "
-        "pauses the car until a fresh command is accepted.",
+        "A command lives as long as its motion's duration, or this long for wrench efforts; then "
+        "9157 or 9158 pauses the car until a fresh command is accepted.",
         _TIMEOUTS,
+        key="xgv.wrench_timeout_s",
+        setting="wrench_timeout_s",
     ),
-    (
+    _Reading(
         "XGV-50",
-        "",
         "D",
         "Software pause is reported as 2; the note gives 2 to 7 no further meaning.",
         ("safety_mode:software_pause",),
     ),
-    (
+    _Reading(
         "XGV-58",
-        "",
         "E",
         "Motion profiles outside the ranges that the message can carry are refused on every link.",
         ("command_refused",),
     ),
-    (
+    _Reading(
         "XGV-63",
-        "",
         "D",
-        "Anyone may set the emergency status, only the controller clears it; it makes the ready mode software "
-        "pause and does nothing more.",
-        ("component_status:Primitive Driver: emergency", "component_status:Motion Profile Driver: emergency"),
+        "Anyone may set the emergency status, only the controller clears it; it makes the ready "
+        "mode software pause and does nothing more.",
+        (
+            "component_status:Primitive Driver: emergency",
+            "component_status:Motion Profile Driver: emergency",
+        ),
     ),
-    (
+    _Reading(
         "XGV-64",
-        "",
         "D",
-        "Under an override and for the axes of the partial mode the driver has the car at once; a disable "
-        "comes without his doing.",
+        "Under an override and for the axes of the partial mode the driver has the car at once; a"
+        " disable comes without his doing.",
         (*_RELEASES, "partial_mode"),
     ),
-    (
+    _Reading(
         "XGV-65",
-        "",
         "D",
         "A controller that falls silent keeps control in this version; its commands expire (XGV-43).",
         ("injection:cmd_loss",),
     ),
-    (
+    _Reading(
         "XGV-70",
-        "",
         "D",
-        "Before the first accepted command the car stops and holds; a change of control mode or of the "
-        "controller drops the command in force.",
+        "Before the first accepted command the car stops and holds; a change of control mode or "
+        "of the controller drops the command in force.",
         ("control_mode",),
     ),
-    (
+    _Reading(
         "commands",
-        "",
         "D",
-        "A command is accepted when its sender controls the component, it fits the control mode and its "
-        "values are valid, whatever the safety mode.",
-        ("handover", "injection"),
+        "A command is accepted when its sender controls the component, it fits the control mode "
+        "and its values are valid, whatever the safety mode.",
+        (
+            "handover",
+            "injection",
+        ),
     ),
 )
 
 
 def ledger(settings: XgvSettings) -> tuple[Assumption, ...]:
-    """Return every open reading with its value in force; keys are written ``xgv.<setting>``."""
+    """Return every open reading with its value in force; a reading without a key has no value."""
     values = settings.as_text()
     return tuple(
-        Assumption(rule, f"xgv.{key}" if key else "", values[key] if key else "", evidence, text, facts)
-        for rule, key, evidence, text, facts in _LEDGER
+        Assumption(
+            reading.rule,
+            reading.key,
+            values.get(reading.setting, ""),
+            reading.evidence,
+            reading.text,
+            reading.facts,
+        )
+        for reading in _READINGS
     )

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from xgv_cosim.actuation import Driver
-from xgv_cosim.errors import CommandError
+from xgv_cosim.errors import ScenarioError
 from xgv_cosim.injection import InjectionKind
 from xgv_cosim.vehicles.base import Assumption, InjectionEffect, ModeInputs, Resolution, StopSettings
 from xgv_cosim.vehicles.xgv import modes, tables
@@ -79,7 +79,7 @@ class XgvProfile:
             return modes.SafetyMode.SOFTWARE_PAUSE.name.lower()
         return modes.SafetyMode(code).name.lower()
 
-    def validate_partial(self, bits: int, driver: Driver, *, forced: bool = False) -> None:
+    def validate_partial_mode(self, bits: int, driver: Driver, *, forced: bool = False) -> None:
         """Check a partial mode that the operator wants to set (XGV-40, XGV-41).
 
         Args:
@@ -88,20 +88,21 @@ class XgvProfile:
             forced: Allow a manual axis with nobody aboard.
 
         Raises:
-            CommandError: Both axes manual without ``partial_allow_both``, a manual axis with nobody
+            ScenarioError: Both axes manual without ``partial_allow_both``, a manual axis with nobody
                 aboard, or other bits.
         """
         if bits & ~BOTH_MANUAL:
-            raise CommandError(
-                f"partial mode: got {bits!r}, expected 0 (full), 1 (manual steering), 2 (manual speed) or 3 (both)"
+            raise ScenarioError(
+                f"partial mode: got {bits!r}, expected 0 (full), 1 (manual steering), 2 (manual speed) "
+                "or 3 (both)"
             )
         if bits == BOTH_MANUAL and not self.settings.partial_allow_both:
-            raise CommandError(
+            raise ScenarioError(
                 "partial mode: both axes manual is none of the three modes of the XGV; "
-                "set xgv.partial_allow_both to allow it"
+                "set xgv.partial.allow_both to allow it"
             )
         if bits and driver is Driver.NONE and not forced:
-            raise CommandError(
+            raise ScenarioError(
                 "partial mode: a manual axis with nobody aboard (bind.driver = none) leaves the car without "
                 "anybody in control of it, and a pause without effect; put a driver aboard, or force it"
             )
