@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+import logging
+import platform
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import TypeVar, cast
 
+import llvmlite.binding
+import numba
+import numpy as np
+import platformdirs
+from numba.core import config
 from numba.extending import register_jitable
+
+logger = logging.getLogger(__name__)
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -16,3 +28,46 @@ def inlinable(function: Function) -> Function:
     Called from Python it stays the plain function: that is the oracle of the tests.
     """
     return cast("Function", register_jitable(function))
+
+
+def compiled(function: Function, sources: Iterable[Path]) -> Function:
+    """Return ``function`` as machine code, compiled at the first call and kept on disk.
+
+    numba's own disk cache sees edits of the function's own file only, not of the modules it calls.
+    The cache therefore lies in a folder named by ``cache_key(sources)``.
+
+    Args:
+        function: A function that numba can compile.
+        sources: Every file whose code the machine code contains.
+    """
+    folder = platformdirs.user_cache_path("xgv-cosim") / "kernels" / cache_key(sources)
+    if not _is_writable(folder):
+        logger.warning("cannot write to %s: the kernel is compiled anew in every process", folder)
+        return cast("Function", numba.njit(function, error_model="numpy"))
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        return cast("Function", numba.njit(function, error_model="numpy", cache=True))
+    finally:
+        config.CACHE_DIR = before
+
+
+def cache_key(sources: Iterable[Path]) -> str:
+    """Return a name for the machine code of some source files with this Python, numba, numpy and processor."""
+    parts = [platform.python_implementation(), platform.python_version(), numba.__version__, np.__version__]
+    parts.append(str(llvmlite.binding.get_host_cpu_name()))
+    digest = hashlib.sha256("\n".join(parts).encode())
+    for path in sorted(sources):
+        content = path.read_bytes()
+        digest.update(f"\n{path.name} {len(content)}\n".encode())
+        digest.update(content)
+    return digest.hexdigest()[:32]
+
+
+def _is_writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False

@@ -1,0 +1,76 @@
+"""Forces along the road and what they make of the speed, all as accelerations in m/s²."""
+
+from __future__ import annotations
+
+import math
+
+from xgv_cosim.jit import inlinable
+
+GRAVITY_MPS2 = 9.81
+SHORT_OF_LOCK_UP = 0.95
+"""Share of the grip that maximum braking uses: an anti-lock controller's mean slip stays below the peak."""
+
+
+@inlinable
+def full_throttle_accel_mps2(
+    speed_mps: float, max_force_n: float, max_power_w: float, mass_kg: float
+) -> float:
+    """Return what full throttle gives: ``min(F_max, P_max / v) / m``."""
+    return min(max_force_n, max_power_w / max(speed_mps, 0.1)) / mass_kg
+
+
+@inlinable
+def throttle_accel_mps2(throttle: float, full_mps2: float, dead_band: float) -> float:
+    """Return what a throttle share gives: nothing within the dead band, then linear up to ``full_mps2``."""
+    return full_mps2 * max(0.0, throttle - dead_band) / (1.0 - dead_band)
+
+
+@inlinable
+def creep_accel_mps2(speed_mps: float, creep_mps2: float, creep_speed_mps: float) -> float:
+    """Return the push of the idling drive in gear, fading to 0 at the creep speed."""
+    return creep_mps2 * max(0.0, 1.0 - speed_mps / creep_speed_mps)
+
+
+@inlinable
+def road_load_mps2(
+    speed_mps: float,
+    mass_kg: float,
+    rolling_resistance: float,
+    drag_area_m2: float,
+    air_density_kg_per_m3: float,
+) -> float:
+    """Return rolling resistance and drag: ``c_rr g + rho c_d A v² / 2m``."""
+    drag = 0.5 * air_density_kg_per_m3 * drag_area_m2 * speed_mps * speed_mps / mass_kg
+    return rolling_resistance * GRAVITY_MPS2 + drag
+
+
+@inlinable
+def brake_decel_mps2(brake: float, max_decel_mps2: float, friction: float) -> float:
+    """Return what a brake share gives: linear, up to the grip of the tyres."""
+    return min(brake * max_decel_mps2, friction * GRAVITY_MPS2)
+
+
+@inlinable
+def maximum_braking_share(lateral_accel_mps2: float, max_decel_mps2: float, friction: float) -> float:
+    """Return the brake share at the friction circle, short of lock-up (GKC-24)."""
+    grip = SHORT_OF_LOCK_UP * friction * GRAVITY_MPS2
+    along = math.sqrt(max(0.0, grip * grip - lateral_accel_mps2 * lateral_accel_mps2))
+    return min(1.0, along / max_decel_mps2)
+
+
+@inlinable
+def advance_speed(
+    speed_mps: float, push_mps2: float, resistance_mps2: float, dt: float
+) -> tuple[float, float, float]:
+    """Return speed, mean acceleration and distance after a tick of constant push and resistance.
+
+    Resistance (brake and road load) acts against motion only: it brings the car to exactly 0 within
+    the tick and holds it there as long as the push does not exceed it.
+    """
+    accel = push_mps2 - resistance_mps2
+    after = speed_mps + accel * dt
+    if after > 0.0 or math.isnan(after):
+        return after, accel, 0.5 * (speed_mps + after) * dt
+    if speed_mps > 0.0:
+        return 0.0, -speed_mps / dt, 0.5 * speed_mps * speed_mps / -accel
+    return 0.0, 0.0, 0.0
