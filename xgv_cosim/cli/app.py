@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 
-import click
 import typer
 
 from xgv_cosim._version import __version__
@@ -20,6 +19,12 @@ EXIT_BAD_INPUT = 2
 EXIT_SYSTEM_ERROR = 3
 EXIT_INTERRUPTED = 130
 
+
+def _exit_with(code: object, **_options: object) -> None:
+    """End with the exit code that a command returns; a command that returns none went well."""
+    raise typer.Exit(code if isinstance(code, int) else EXIT_OK)
+
+
 app = typer.Typer(
     name="xgv-cosim",
     help="Emulated drive-by-wire vehicles in SUMO traffic: e-stop, override and control modes under test.",
@@ -27,10 +32,11 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
+    result_callback=_exit_with,
 )
 
 
-def _show_version(wanted: bool) -> None:  # noqa: FBT001 - the signature that typer calls
+def _show_version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"xgv-cosim {__version__}")
         raise typer.Exit
@@ -38,7 +44,7 @@ def _show_version(wanted: bool) -> None:  # noqa: FBT001 - the signature that ty
 
 @app.callback()
 def options(
-    version: bool = typer.Option(  # noqa: ARG001, FBT001 - handled by its callback
+    version: bool = typer.Option(
         False, "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
     ),
 ) -> None:
@@ -51,16 +57,9 @@ def exit_code_of(error: XgvCosimError) -> int:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit with its code."""
+    """Run the command line and exit with its code; wrong usage exits with 2, an interrupt with 130."""
     try:
-        result = app(args=arguments, standalone_mode=False)
+        app(args=arguments)
     except XgvCosimError as error:
         typer.echo(f"error: {error}", err=True)
         sys.exit(exit_code_of(error))
-    except click.ClickException as error:
-        error.show()
-        sys.exit(EXIT_BAD_INPUT)
-    except (KeyboardInterrupt, click.Abort):
-        typer.echo("interrupted", err=True)
-        sys.exit(EXIT_INTERRUPTED)
-    sys.exit(result if isinstance(result, int) else EXIT_OK)
