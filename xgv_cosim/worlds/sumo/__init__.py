@@ -1,0 +1,1 @@
+"""SUMO through libsumo: session, road, couplings and the ``World`` itself."""

@@ -1,0 +1,193 @@
+"""The bound vehicles of a SUMO world: which coupling writes each of them, in each step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.errors import WorldError
+from xgv_cosim.worlds.sumo.couplings import (
+    CarFollowing,
+    Coupling,
+    FreeCoupling,
+    LaneCoupling,
+    LaneKeeping,
+    LateralEasing,
+    Target,
+    WorldDriver,
+    enter,
+)
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
+    from xgv_cosim.snapshot import Snapshot
+    from xgv_cosim.worlds.base import Placement
+    from xgv_cosim.worlds.sumo.road import SumoRoad
+
+_ROUTE_END_MARGIN_M = 0.1
+"""So close to its end a route counts as driven: SUMO pins a placed vehicle to the last centimetres."""
+
+
+@dataclass(slots=True)
+class Binding:
+    """One bound vehicle."""
+
+    kind: CouplingKind
+    coupling: Coupling | None = None
+    """What wrote it last, None before the first step."""
+    gives_way: str = ""
+    """Why the free coupling stands in for the one that ownership asks for, empty while it does not."""
+
+
+class Bindings:
+    """Writes every bound vehicle with the coupling that its ownership asks for."""
+
+    def __init__(self, libsumo: ModuleType, road: SumoRoad, step_s: float) -> None:
+        self.bound: dict[str, Binding] = {}
+        self._libsumo = libsumo
+        self._road = road
+        self._step_s = step_s
+        self._notes: list[tuple[str, str]] = []
+        self._free = FreeCoupling(libsumo, step_s)
+        self._lane = LaneCoupling(libsumo, step_s)
+        self._lane_keeping = LaneKeeping(libsumo, step_s)
+        self._car_following = CarFollowing(libsumo)
+        self._world_driver = WorldDriver()
+        self._easing = LateralEasing(libsumo, step_s)
+
+    def add(self, vehicle_id: str, kind: CouplingKind) -> None:
+        """Take a vehicle in; SUMO drives it until the next step."""
+        self.bound[vehicle_id] = Binding(kind)
+
+    def give_back(self, vehicle_id: str) -> None:
+        """Leave a vehicle to SUMO's driver for good."""
+        self._switch(vehicle_id, self.bound[vehicle_id], self._world_driver)
+        del self.bound[vehicle_id]
+
+    def forget(self, vehicle_id: str) -> None:
+        """Drop a vehicle that SUMO has no longer."""
+        self.bound.pop(vehicle_id, None)
+        self._easing.end(vehicle_id)
+
+    def take_notes(self) -> tuple[tuple[str, str], ...]:
+        """Return what happened since the last call."""
+        notes = tuple(self._notes)
+        self._notes.clear()
+        return notes
+
+    def write(self, placement: Placement, before: Snapshot) -> None:
+        """Write all vehicles of the placement, seen from the state before the step."""
+        rows = np.array([before.index_of.get(vehicle_id, -1) for vehicle_id in placement.ids], np.int64)
+        lateral_m, inside = self._place_in_lane(placement, before, rows)
+        ends_route = self._ends_route(placement, before, rows)
+        for number, vehicle_id in enumerate(placement.ids):
+            binding = self.bound.get(vehicle_id)
+            if binding is None:
+                raise WorldError(f"vehicle {vehicle_id!r} is placed but not bound; bind it first")
+            if rows[number] < 0:
+                continue  # SUMO holds it outside the net for the moment
+            coupling = self._asked_for(
+                binding, bool(placement.computer_speed[number]), bool(placement.computer_steering[number])
+            )
+            if coupling is not self._free:
+                coupling = self._possible(
+                    vehicle_id,
+                    binding,
+                    coupling,
+                    off_road=before.lane[rows[number]] < 0,
+                    outside=not inside[number] and not ends_route[number],
+                    reverses=placement.travelled_m[number] < 0.0,
+                )
+            self._switch(vehicle_id, binding, coupling)
+            coupling.write(
+                Target(
+                    vehicle_id,
+                    float(placement.front_x_m[number]),
+                    float(placement.front_y_m[number]),
+                    float(placement.heading_rad[number]),
+                    float(placement.speed_mps[number]),
+                    float(placement.travelled_m[number]),
+                    float(lateral_m[number]),
+                    bool(ends_route[number]),
+                )
+            )
+        self._easing.advance()
+
+    def _asked_for(self, binding: Binding, computer_speed: bool, computer_steering: bool) -> Coupling:
+        """Return the coupling that ownership asks for, see ``couplings``."""
+        if computer_speed and computer_steering:
+            return self._free if binding.kind is CouplingKind.FREE else self._lane
+        if computer_speed:
+            return self._lane_keeping
+        if computer_steering:
+            return self._car_following
+        return self._world_driver
+
+    def _possible(
+        self,
+        vehicle_id: str,
+        binding: Binding,
+        asked: Coupling,
+        *,
+        off_road: bool,
+        outside: bool,
+        reverses: bool,
+    ) -> Coupling:
+        """Return ``asked``, or the free coupling where SUMO cannot do that; a note says when and why."""
+        reason = ""
+        if off_road:
+            reason = "off the road, where SUMO drives nobody"
+        elif outside and asked in {self._lane, self._car_following}:
+            reason = "body centre outside the lane"
+        elif reverses and asked in {self._lane, self._lane_keeping}:
+            reason = "reversing, which SUMO's lanes do not know"
+        if reason != binding.gives_way:
+            self._notes.append((vehicle_id, f"placed freely: {reason}" if reason else "back in its lane"))
+            binding.gives_way = reason
+        return self._free if reason else asked
+
+    def _switch(self, vehicle_id: str, binding: Binding, coupling: Coupling) -> None:
+        """Make ``coupling`` the one that writes the vehicle; calls SUMO only on a change."""
+        if binding.coupling is coupling:
+            return
+        enter(self._libsumo, vehicle_id, coupling)
+        driver_steered = binding.coupling in {self._lane_keeping, self._world_driver}
+        if coupling not in {self._lane_keeping, self._world_driver}:
+            self._easing.end(vehicle_id)
+        elif binding.coupling is not None and not driver_steered:
+            self._easing.begin(vehicle_id)
+        binding.coupling = coupling
+
+    def _place_in_lane(
+        self, placement: Placement, before: Snapshot, rows: IntColumn
+    ) -> tuple[FloatColumn, BoolColumn]:
+        """Return each front bumper's offset from its lane's centre, and whether the body centre is inside."""
+        lane = np.where(rows >= 0, before.lane[rows], -1)
+        position_m = before.lane_position_m[rows] + placement.travelled_m
+        next_lane = before.next_lane[rows]
+        # The plant's distance and SUMO's differ where the driver governs speed: look again where it is.
+        for _ in range(2):
+            centre = self._road.points_ahead(lane, position_m, next_lane)
+            ahead_x_m, ahead_y_m = placement.front_x_m - centre.x_m, placement.front_y_m - centre.y_m
+            cosine, sine = np.cos(centre.heading_rad), np.sin(centre.heading_rad)
+            position_m = position_m + np.nan_to_num(ahead_x_m * cosine + ahead_y_m * sine)
+        lateral_m = ahead_y_m * cosine - ahead_x_m * sine
+        half_length_m = 0.5 * before.length_m[rows]
+        body_m = lateral_m - half_length_m * np.sin(placement.heading_rad - centre.heading_rad)
+        return lateral_m, np.abs(body_m) <= 0.5 * self._road.lane_width_m(lane)
+
+    def _ends_route(self, placement: Placement, before: Snapshot, rows: IntColumn) -> BoolColumn:
+        """Return whose route ends within this step."""
+        lane = np.where(rows >= 0, before.lane[rows], -1)
+        reach_m = np.maximum(placement.travelled_m, placement.speed_mps * self._step_s)
+        left_m = self._road.lane_length_m(lane) - before.lane_position_m[rows] - _ROUTE_END_MARGIN_M
+        ends = (lane >= 0) & (reach_m > 0.0) & (left_m <= reach_m)
+        for number in np.flatnonzero(ends):
+            route = self._libsumo.vehicle.getRoute(placement.ids[number])
+            ends[number] = self._road.edge_ids[lane[number]] == route[-1]
+        return ends

@@ -1,0 +1,140 @@
+"""Snapshots of a SUMO simulation. Direct getters: within libsumo they cost less than subscriptions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from xgv_cosim.snapshot import Collision, Snapshot
+from xgv_cosim.worlds.sumo.frames import headings_from_sumo
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from xgv_cosim.columns import FloatColumn, IntColumn
+    from xgv_cosim.worlds.sumo.road import SumoRoad
+    from xgv_cosim.worlds.sumo.session import Session
+
+SIGHT_M = 250.0
+"""How far a leader or follower is looked for."""
+
+
+class Body(NamedTuple):
+    """What does not change about a vehicle."""
+
+    type_id: str
+    length_m: float
+    width_m: float
+    min_gap_m: float
+
+
+class Neighbours(NamedTuple):
+    """The columns of ``Snapshot`` that are filled for bound vehicles only."""
+
+    next_lane: IntColumn
+    leader: IntColumn
+    leader_gap_m: FloatColumn
+    follower: IntColumn
+    follower_gap_m: FloatColumn
+
+
+@dataclass(slots=True)
+class SnapshotReader:
+    """Reads the open simulation into columns; keeps what does not change from step to step."""
+
+    session: Session
+    road: SumoRoad
+    _bodies: dict[str, Body] = field(default_factory=dict)
+    _next_lanes: dict[str, tuple[int, int]] = field(default_factory=dict)
+    """Of each bound vehicle its lane and the one that follows."""
+
+    def read(self, bound_ids: Collection[str], notes: Sequence[tuple[str, str]] = ()) -> Snapshot:
+        """Return the present state; neighbours and next lanes for ``bound_ids`` only."""
+        libsumo = self.session.libsumo
+        vehicle, simulation = libsumo.vehicle, libsumo.simulation
+        arrived: tuple[str, ...] = tuple(simulation.getArrivedIDList())
+        for vehicle_id in arrived:
+            self._bodies.pop(vehicle_id, None)
+            self._next_lanes.pop(vehicle_id, None)
+        ids: tuple[str, ...] = tuple(vehicle.getIDList())
+        index_of = {vehicle_id: index for index, vehicle_id in enumerate(ids)}
+        bodies = [self.body(vehicle_id) for vehicle_id in ids]
+        positions = [vehicle.getPosition(vehicle_id) for vehicle_id in ids]
+        number = self.road.index_of
+        lane = np.array([number[vehicle.getLaneID(vehicle_id)] for vehicle_id in ids], np.int64)
+        lane_position_m = np.array([vehicle.getLanePosition(vehicle_id) for vehicle_id in ids], np.float64)
+        neighbours = self._neighbours(index_of, lane, [name for name in bound_ids if name in index_of])
+        return Snapshot(
+            time_s=round(simulation.getTime() - self.session.begin_s, 3),  # SUMO counts milliseconds
+            ids=ids,
+            type_ids=tuple(body.type_id for body in bodies),
+            front_x_m=np.array([position[0] for position in positions], np.float64),
+            front_y_m=np.array([position[1] for position in positions], np.float64),
+            heading_rad=headings_from_sumo(np.array([vehicle.getAngle(name) for name in ids], np.float64)),
+            speed_mps=np.array([vehicle.getSpeed(name) for name in ids], np.float64),
+            accel_mps2=np.array([vehicle.getAcceleration(name) for name in ids], np.float64),
+            length_m=np.array([body.length_m for body in bodies], np.float64),
+            width_m=np.array([body.width_m for body in bodies], np.float64),
+            lane=lane,
+            lane_position_m=np.where(lane >= 0, lane_position_m, 0.0),
+            next_lane=neighbours.next_lane,
+            leader=neighbours.leader,
+            leader_gap_m=neighbours.leader_gap_m,
+            follower=neighbours.follower,
+            follower_gap_m=neighbours.follower_gap_m,
+            departed=tuple(simulation.getDepartedIDList()),
+            arrived=arrived,
+            teleported=tuple(simulation.getStartingTeleportIDList()),
+            collisions=tuple(
+                Collision(contact.collider, contact.victim, contact.type, contact.lane, contact.pos)
+                for contact in simulation.getCollisions()
+            ),
+            notes=tuple(notes),
+        )
+
+    def body(self, vehicle_id: str) -> Body:
+        """Return what does not change about a vehicle."""
+        body = self._bodies.get(vehicle_id)
+        if body is None:
+            vehicle = self.session.libsumo.vehicle
+            body = self._bodies[vehicle_id] = Body(
+                vehicle.getTypeID(vehicle_id),
+                vehicle.getLength(vehicle_id),
+                vehicle.getWidth(vehicle_id),
+                vehicle.getMinGap(vehicle_id),
+            )
+        return body
+
+    def _neighbours(self, index_of: dict[str, int], lane: IntColumn, bound_ids: Sequence[str]) -> Neighbours:
+        """Return the columns that are filled for bound vehicles only."""
+        vehicle = self.session.libsumo.vehicle
+        next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
+        leader_gap_m, follower_gap_m = (np.full(len(index_of), np.inf) for _ in range(2))
+        for vehicle_id in bound_ids:
+            row = index_of[vehicle_id]
+            next_lane[row] = self._next_lane(vehicle_id, int(lane[row]))
+            for found, index, gap_m in (
+                (vehicle.getLeader(vehicle_id, SIGHT_M), leader, leader_gap_m),
+                (vehicle.getFollower(vehicle_id, SIGHT_M), follower, follower_gap_m),
+            ):
+                if not found or found[0] not in index_of:
+                    continue
+                # SUMO subtracts the minimum gap that the one behind keeps.
+                behind = vehicle_id if index is leader else found[0]
+                bumper_gap_m = found[1] + self.body(behind).min_gap_m
+                if bumper_gap_m <= SIGHT_M:
+                    index[row], gap_m[row] = index_of[found[0]], bumper_gap_m
+        return Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
+
+    def _next_lane(self, vehicle_id: str, lane: int) -> int:
+        if lane < 0:
+            return -1
+        known = self._next_lanes.get(vehicle_id)
+        if known is None or known[0] != lane:
+            vehicle = self.session.libsumo.vehicle
+            route, index = vehicle.getRoute(vehicle_id), vehicle.getRouteIndex(vehicle_id)
+            following = route[index + 1] if index + 1 < len(route) else ""
+            known = self._next_lanes[vehicle_id] = (lane, self.road.next_lane(lane, following))
+        return known[1]

@@ -1,0 +1,150 @@
+"""SUMO as the world: libsumo in this process, some of its vehicles bound to emulated ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from xgv_cosim.errors import WorldError
+from xgv_cosim.worlds.sumo.bindings import Bindings
+from xgv_cosim.worlds.sumo.reader import SnapshotReader
+from xgv_cosim.worlds.sumo.road import SumoRoad
+from xgv_cosim.worlds.sumo.session import Session
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from xgv_cosim.actuation import CouplingKind
+    from xgv_cosim.snapshot import Snapshot
+    from xgv_cosim.worlds.base import Placement
+
+
+class SumoWorld:
+    """SUMO traffic. Implements ``World``; can be started again after ``close``.
+
+    Args:
+        config_file: SUMO configuration (``.sumocfg``).
+        step_s: Step length; SUMO counts whole milliseconds.
+        seed: Seed of SUMO's random numbers; the same seed gives the same traffic, bit by bit.
+        options: Further SUMO command-line options; they win over those chosen here.
+    """
+
+    def __init__(self, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = ()) -> None:
+        self._config_file = config_file
+        self._step_s = step_s
+        self._seed = seed
+        self._options = options
+        self._session: Session | None = None
+        self._messages: tuple[str, ...] = ()
+
+    @property
+    def road(self) -> SumoRoad:
+        """Return the lanes.
+
+        Raises:
+            WorldError: The world has not been started.
+        """
+        self._open()
+        return self._road
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """Return SUMO's own warnings and errors so far, oldest first; kept after ``close``."""
+        return self._session.messages if self._session is not None else self._messages
+
+    def start(self) -> Snapshot:
+        """Open the simulation; SUMO inserts the first vehicles in the first step, so there is none yet.
+
+        Raises:
+            WorldError: A simulation is open in this process, or SUMO refuses its configuration.
+            MissingLibraryError: libsumo cannot be loaded.
+        """
+        if self._session is not None and self._session.is_open:
+            raise WorldError("this world is started already; close it first")
+        session = Session(self._config_file, step_s=self._step_s, seed=self._seed, options=self._options)
+        self._session = session
+        self._road = SumoRoad.read(session.libsumo)
+        self._bindings = Bindings(session.libsumo, self._road, self._step_s)
+        self._reader = SnapshotReader(session, self._road)
+        self._snapshot = self._reader.read(())
+        return self._snapshot
+
+    def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
+        """Take a vehicle of SUMO into the placement from the next step on.
+
+        Raises:
+            WorldError: SUMO has no such vehicle now, or it is bound already.
+        """
+        self._open()
+        if vehicle_id in self._bindings.bound:
+            raise WorldError(f"vehicle {vehicle_id!r} is bound already; release it first")
+        if vehicle_id not in self._snapshot.index_of:
+            raise WorldError(f"SUMO has no vehicle {vehicle_id!r} at {self._snapshot.time_s} s")
+        self._bindings.add(vehicle_id, coupling)
+
+    def release(self, vehicle_id: str) -> None:
+        """Give a bound vehicle back to SUMO's driver for good; one that has left SUMO needs no release.
+
+        Raises:
+            WorldError: The vehicle drives in SUMO but is not bound.
+        """
+        self._open()
+        if vehicle_id in self._bindings.bound:
+            self._bindings.give_back(vehicle_id)
+        elif vehicle_id in self._snapshot.index_of:
+            raise WorldError(f"vehicle {vehicle_id!r} is not bound")
+
+    def set_coupling(self, vehicle_id: str, coupling: CouplingKind) -> None:
+        """Choose how a bound vehicle is written into SUMO from the next step on.
+
+        Raises:
+            WorldError: The vehicle is not bound.
+        """
+        self._open()
+        if vehicle_id not in self._bindings.bound:
+            raise WorldError(f"vehicle {vehicle_id!r} is not bound")
+        self._bindings.bound[vehicle_id].kind = coupling
+
+    def step(self, placement: Placement) -> Snapshot:
+        """Advance SUMO by one step with the bound vehicles where ``placement`` says.
+
+        Vehicles that arrived are no longer bound afterwards.
+
+        Raises:
+            WorldError: A vehicle of the placement is not bound, or SUMO failed and is closed now.
+        """
+        session = self._open()
+        self._bindings.write(placement, self._snapshot)
+        session.step()
+        snapshot = self._reader.read(self._bindings.bound, self._bindings.take_notes())
+        for vehicle_id in snapshot.arrived:
+            self._bindings.forget(vehicle_id)
+        self._snapshot = _with_reverse_speeds(snapshot, placement)
+        return self._snapshot
+
+    def close(self) -> None:
+        """End the simulation; does nothing when it is closed."""
+        if self._session is not None:
+            self._session.close()
+            self._messages = self._session.messages
+            self._session = None
+
+    def _open(self) -> Session:
+        if self._session is None or not self._session.is_open:
+            raise WorldError("the world is closed; start it first")
+        return self._session
+
+
+def _with_reverse_speeds(snapshot: Snapshot, placement: Placement) -> Snapshot:
+    """Return the snapshot with the true speed of whoever drives backwards: SUMO knows only 0 or more."""
+    backwards = np.flatnonzero((placement.speed_mps < 0.0) & placement.computer_speed)
+    if not len(backwards):
+        return snapshot
+    speed_mps = snapshot.speed_mps.copy()
+    for number in backwards:
+        row = snapshot.index_of.get(placement.ids[number])
+        if row is not None:
+            speed_mps[row] = placement.speed_mps[number]
+    return replace(snapshot, speed_mps=speed_mps)
