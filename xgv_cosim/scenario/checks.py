@@ -8,6 +8,7 @@ from xgv_cosim.scenario.problems import Path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
     from xgv_cosim.scenario.model import BindSection, ExpectationSection, InjectionSection
 
 Found = tuple[Path, str]
@@ -20,6 +21,7 @@ def disagreements(
     injections: Mapping[int, InjectionSection],
     expect: Mapping[int, ExpectationSection],
     *,
+    allow_both: bool | None,
     all_bind_rows: bool = True,
 ) -> list[Found]:
     """Return what does not fit together, as (path, message).
@@ -30,6 +32,7 @@ def disagreements(
         bind: The rows that are right in themselves, by their place in the list; likewise below.
         injections: See ``bind``.
         expect: See ``bind``.
+        allow_both: ``xgv.partial.allow_both``, None where it is itself wrong.
         all_bind_rows: False: some row of ``bind`` is wrong, so that nothing may be said of its absence.
     """
     found: list[Found] = []
@@ -40,6 +43,9 @@ def disagreements(
     )
     found += _repeated("expect", expect, "remove this row")
     found += _bind_rows_that_never_match(bind)
+    if allow_both is False:
+        text = "both axes manual are refused (XGV-41); set xgv.partial.allow_both: true or choose one axis"
+        found += [(("bind", i, "partial"), text) for i, row in bind.items() if row.partial == "both_manual"]
     if not bind and all_bind_rows:
         if injections:
             found.append(

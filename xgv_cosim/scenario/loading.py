@@ -6,7 +6,7 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -26,10 +26,12 @@ from xgv_cosim.scenario.problems import Path as KeyPath
 from xgv_cosim.scenario.problems import Problem, dotted, word_hint
 from xgv_cosim.scenario.source import ScenarioSource
 from xgv_cosim.scenario.translation import problems_of
+from xgv_cosim.scenario.xgv_section import XgvSection
 
 if TYPE_CHECKING:
-    from xgv_cosim.scenario.section import Section
     from collections.abc import Mapping, Sequence
+
+    from xgv_cosim.scenario.section import Section
 
 FILE_NAME = "scenario.yaml"
 """Name of the scenario file in a scenario's folder."""
@@ -213,11 +215,17 @@ def _disagreements(data: dict[str, Any], wrong: set[KeyPath]) -> list[tuple[KeyP
             if (key, index) not in wrong
         }
 
+    def allow_both() -> bool | None:
+        if any(path[0] == "xgv" for path in wrong):
+            return None
+        return XgvSection.model_validate_json(json.dumps(data.get("xgv", {}), default=str)).partial.allow_both
+
     return disagreements(
         number("duration_s", None),
         number("step_s", Scenario.model_fields["step_s"].default),
         rows("bind", BindSection),
         rows("injections", InjectionSection),
         rows("expect", ExpectationSection),
+        allow_both=allow_both(),
         all_bind_rows=not any(path[0] == "bind" for path in wrong),
     )

@@ -14,7 +14,9 @@ from pydantic import Discriminator, Field, PrivateAttr, Tag, ValidationInfo, fie
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.injection import InjectionKind
+from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.checks import disagreements
+from xgv_cosim.scenario.problems import word_hint
 from xgv_cosim.scenario.section import Section
 from xgv_cosim.scenario.source import ScenarioSource
 from xgv_cosim.scenario.xgv_section import XgvSection
@@ -111,12 +113,23 @@ class BindSection(Section):
     """Who sits in the car and takes what the computer releases (XGV-64)."""
     driver_reaction_s: Annotated[float, Field(ge=0)] = 1.0
     """Time after which the rider takes an axis that was released without his doing."""
-    partial: Literal["full", "manual_steering", "manual_speed"] = "full"
-    """Partial mode: which axis the computer leaves to the human (XGV-39)."""
+    partial: Literal["full", "manual_steering", "manual_speed", "both_manual"] = "full"
+    """Partial mode: which axes the computer leaves to the human (XGV-39, XGV-41)."""
     stack: Literal["reference", "none"] = "reference"
     """The autonomy stack: reference (keeps lane and distance) or none."""
     desired_speed_mps: Annotated[float, Field(gt=0)] | None = None
     """Speed the reference stack drives at; without it the lane's limit."""
+
+    @field_validator("preset")
+    @classmethod
+    def _preset_exists(cls, preset: str) -> str:
+        known = preset_names()
+        if preset not in known:
+            hint = word_hint(preset, known)
+            raise ValueError(
+                f"got {preset!r}, expected one of {', '.join(known)}{f' ({hint})' if hint else ''}"
+            )
+        return preset
 
     @model_validator(mode="after")
     def _agrees_with_itself(self) -> Self:
@@ -236,7 +249,7 @@ class Scenario(Section):
         ticks = round(step_s / CONTROL_TICK_S)
         if ticks < 1 or not math.isclose(ticks * CONTROL_TICK_S, step_s, rel_tol=0, abs_tol=1e-9):
             raise ValueError(
-                f"got {step_s!r}, expected a whole multiple of the control tick {CONTROL_TICK_S} s, such as 0.1"
+                f"got {step_s!r}, expected a whole multiple of the control tick {CONTROL_TICK_S} s"
             )
         return step_s
 
@@ -250,6 +263,7 @@ class Scenario(Section):
             dict(enumerate(self.bind)),
             dict(enumerate(self.injections)),
             dict(enumerate(self.expect)),
+            allow_both=self.xgv.partial.allow_both,
         )
         if found:
             raise ValueError("; ".join(f"{'.'.join(map(str, path))}: {message}" for path, message in found))

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import hashlib
 from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
 
 from xgv_cosim.scenario.model import BindSection, Selector, VehicleQuery
-from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

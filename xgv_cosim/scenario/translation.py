@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any, TYPE_CHECKING
-
+from typing import TYPE_CHECKING, Any
 
 from xgv_cosim.scenario.model import json_schema
 from xgv_cosim.scenario.problems import Path, Problem, dotted, intended_key, key_hint, word_hint
 from xgv_cosim.scenario.units import unit_words
 
 if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
     from pydantic import ValidationError
+    from pydantic_core import ErrorDetails
 
 Place = Callable[[Path], str]
 

@@ -15,11 +15,14 @@ _KNOWN = {
 }
 """Suffixes that scenario files use, longest first where one ends in the other."""
 
-_FOREIGN = tuple(
-    "_m_per_s2 _m_per_s _m_s2 _m_s _ms2 _seconds _second _secs _sec _minutes _min _hours _h _ms _millis _us _ns "
-    "_ticks _steps _kmh _kph _mph _knots _fps _ft _feet _km _cm _mm _metres _meters _meter "
-    "_deg _degrees _radians _rps _g _percent _hz".split()
+# fmt: off
+_FOREIGN = (
+    "_m_per_s2", "_m_per_s", "_m_s2", "_m_s", "_ms2", "_seconds", "_second", "_secs", "_sec", "_minutes",
+    "_min", "_hours", "_h", "_ms", "_millis", "_us", "_ns", "_ticks", "_steps", "_kmh", "_kph", "_mph",
+    "_knots", "_fps", "_ft", "_feet", "_km", "_cm", "_mm", "_metres", "_meters", "_meter", "_deg",
+    "_degrees", "_radians", "_rps", "_g", "_percent", "_hz",
 )
+# fmt: on
 """Suffixes people write that scenario files do not use."""
 
 _SUFFIXES = tuple(sorted((*_KNOWN, *_FOREIGN), key=len, reverse=True))
