@@ -1,0 +1,186 @@
+"""What happened, in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from xgv_cosim.reports.palette import mode_style
+from xgv_cosim.reports.run_data import Injected, RunData
+
+_INJECTION_NAMES: Final = {
+    "estop_pause": "SafeStop pause",
+    "estop_disable": "SafeStop stop",
+    "estop_button": "emergency stop button",
+    "override": "manual override",
+    "emo": "emergency manual override",
+    "door": "door open",
+    "error": "internal error",
+    "cmd_loss": "commands lost",
+    "link": "SafeStop link lost",
+    "pause_request": "pause request",
+    "shutdown": "shutdown",
+    "reinit": "reinitialise",
+}
+
+
+def injection_name(kind: str) -> str:
+    """Return an injection kind in words."""
+    return _INJECTION_NAMES.get(kind, kind.replace("_", " "))
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """A measured value as the table shows it."""
+
+    key: str
+    name: str
+    unit: str
+    digits: int
+    help: str
+
+
+METRICS: Final = (
+    Metric(
+        "speed_at_event_mps", "speed at the event", "m/s", 1, "How fast the car drove when the event began."
+    ),
+    Metric("time_to_standstill_s", "time to standstill", "s", 1, "From the event until the car stood still."),
+    Metric(
+        "stopping_distance_m",
+        "stopping distance",
+        "m",
+        1,
+        "How far the car drove from the event to standstill.",
+    ),
+    Metric(
+        "ideal_stopping_distance_m",
+        "ideal stopping distance",
+        "m",
+        1,
+        "v²/2a: the distance with the mode's set deceleration at once and throughout.",
+    ),
+    Metric(
+        "stopping_distance_ratio",
+        "stopping distance / ideal",
+        "",
+        2,
+        "1.00 is ideal; above it the brakes came late or weak.",
+    ),
+    Metric(
+        "peak_decel_mps2",
+        "hardest braking",
+        "m/s²",
+        1,
+        "Greatest deceleration; 9 is about all a dry road gives.",
+    ),
+    Metric(
+        "min_ttc_s",
+        "least time to collision, ahead",
+        "s",
+        1,
+        "If both kept their speed, time until this car hits the one ahead. Below 1.5 s is critical.",
+    ),
+    Metric(
+        "min_ttc_follower_s",
+        "least time to collision, behind",
+        "s",
+        1,
+        "The same for the car behind hitting this one: the risk that a stop puts on others.",
+    ),
+    Metric("min_gap_m", "smallest gap ahead", "m", 1, "Least distance between bumpers to the car ahead."),
+    Metric(
+        "unattended_s",
+        "nobody in control",
+        "s",
+        1,
+        "Time in which an axis was released and no driver had it yet.",
+    ),
+    Metric("collisions", "collisions", "", 0, "Contacts with other vehicles."),
+)
+
+
+def number(value: Any, digits: int = 1, unit: str = "") -> str:  # noqa: ANN401 - a cell of result.json
+    """Return a number as text with its unit, a dash for none."""
+    if value is None or isinstance(value, (str, Mapping)):
+        return str(value) if isinstance(value, str) else "–"
+    return f"{value:.{digits}f}{' ' + unit if unit else ''}"
+
+
+def verdict(run: RunData) -> tuple[str, str]:
+    """Return the tone (``good``, ``bad`` or ``partial``) and the headline of the run."""
+    result = run.result
+    status = result.get("status")
+    expectations = result.get("expectations", [])
+    held = sum(row["status"] == "passed" for row in expectations)
+    if status == "ok":
+        what = f"all {held} expectations held" if expectations else "the run had no expectations to check"
+        return "good", f"Passed: {what}."
+    if status == "failed":
+        return "bad", f"Failed: {len(expectations) - held} of {len(expectations)} expectations did not hold."
+    if status == "interrupted":
+        return "partial", "Interrupted: this is what was recorded until then."
+    if status == "error":
+        return "bad", "Ended by an error: this is what was recorded until then."
+    return "partial", "Incomplete: the run left no result; this is what was recorded."
+
+
+def summary(run: RunData) -> str:
+    """Return one sentence about the whole run."""
+    result = run.result
+    cars = result.get("num_vehicles_max")
+    parts = [f"{result.get('scenario', run.folder.name)} ran for {run.end_s:.0f} s of simulated time"]
+    if cars is not None:
+        parts.append(
+            f"with up to {cars} vehicles at once, {result.get('num_bound', 0)} of them emulated XGVs"
+        )
+    collisions = result.get("collisions")
+    if collisions is not None:
+        parts.append(_count(len(collisions), "collision"))
+    return "; ".join([" ".join(parts[:2]), *parts[2:]]) + "."
+
+
+def _count(number_of: int, what: str) -> str:
+    return f"no {what}" if number_of == 0 else f"{number_of} {what}{'s' if number_of > 1 else ''}"
+
+
+def story(run: RunData, vehicle: Injected) -> str:
+    """Return what happened to one vehicle, in a few sentences."""
+    metrics = vehicle.metrics
+    sentences = []
+    for injection in vehicle.injections:
+        text = f"{injection_name(injection['kind'])} at {injection['at_s']:.1f} s"
+        if injection.get("end_s") is not None:
+            text += f", until {injection['end_s']:.1f} s"
+        sentences.append(text[0].upper() + text[1:])
+    text = "; ".join(sentences)
+    if metrics.get("speed_at_event_mps") is not None:
+        text += f", at {metrics['speed_at_event_mps']:.1f} m/s"
+    text += "."
+    modes = _modes_entered(vehicle)
+    if modes:
+        text += f" Safety mode: {' → '.join(modes)}."
+    if metrics.get("time_to_standstill_s") is not None:
+        text += f" It stood still after {metrics['time_to_standstill_s']:.1f} s"
+        if metrics.get("stopping_distance_m") is not None:
+            text += f" and {metrics['stopping_distance_m']:.0f} m"
+        if metrics.get("ideal_stopping_distance_m") is not None:
+            text += f" (ideal {metrics['ideal_stopping_distance_m']:.0f} m)"
+        text += "."
+    elif run.standstill_s(vehicle.vehicle_id, vehicle.first_s) is None:
+        text += " It did not come to a standstill."
+    if metrics.get("collisions") is not None:
+        text += f" {_count(int(metrics['collisions']), 'collision').capitalize()}."
+    return text
+
+
+def _modes_entered(vehicle: Injected) -> list[str]:
+    """Return the safety modes from the one in force at the first injection on."""
+    names: list[str] = []
+    for row in vehicle.modes:
+        label = mode_style(str(row["safety_mode"])).label
+        if row["t_s"] < vehicle.first_s:
+            names = [label]
+        elif not names or names[-1] != label:
+            names.append(label)
+    return names
