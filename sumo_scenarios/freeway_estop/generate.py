@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 SEED = 20
-NUM_EDGES = 4
-EDGE_LENGTH_M = 2600.0
-POINT_SPACING_M = 20.0
+NUM_EDGES = 8
+EDGE_LENGTH_M = 1280.0
+POINT_SPACING_M = 40.0
 LIMIT_MPS = 30.0
 LANE_SPEED_MPS = (24.0, 26.0, 27.0)
 """Speeds at the start: below everybody's wish, so that SUMO finds every gap safe and inserts all at once."""
