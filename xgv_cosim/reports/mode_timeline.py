@@ -79,7 +79,7 @@ def mode_timeline(run: RunData, injected: Sequence[Injected]) -> Timeline | None
         return None
 
     def x_of(t_s: float) -> float:
-        return LEFT + (WIDTH - LEFT - 10.0) * min(max(t_s, 0.0), end_s) / end_s
+        return LEFT + (WIDTH - LEFT - 26.0) * min(max(t_s, 0.0), end_s) / end_s
 
     vehicles = []
     y = 8.0

@@ -25,7 +25,7 @@ VEHICLES_PER_TABLE: Final = 6
 CLOSE_UP_BEHIND_M: Final = 450.0
 CLOSE_UP_AHEAD_M: Final = 120.0
 
-_CONTENTS: Final = (
+_CONTENTS: Final[tuple[tuple[str, str], ...]] = (
     ("expectations", "Expectations"),
     ("numbers", "Key numbers"),
     ("traffic", "Traffic"),
@@ -178,12 +178,10 @@ def _tiles(run: RunData) -> list[tuple[str, str]]:
     if factor is not None:
         tiles.append(
             (
-                f"{factor:.1f} ×",
-                f"faster than real time ({number(result.get('wall_s'), 0, 's')} of computing)",
+                f"{factor:.{1 if factor >= 1.0 else 2}f}",
+                f"times real time ({number(result.get('wall_s'), 0, 's')} of computing)",
             )
         )
-    if factor is not None and factor < 1.0:
-        tiles[-1] = (f"{factor:.2f} ×", "of real time: slower than the clock")
     for key, label in (("num_vehicles_max", "vehicles at once, at most"), ("num_bound", "emulated XGVs")):
         if result.get(key) is not None:
             tiles.append((str(result[key]), label))

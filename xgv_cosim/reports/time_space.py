@@ -78,7 +78,7 @@ def time_space(
             _mark_injections(axes, track, road, lane, injected, window)
         bar = figure.colorbar(ScalarMappable(norm, speed_colours()), ax=list(panels), pad=0.012, aspect=32)
         bar.set_label("speed, m/s")
-        bar.outline.set_visible(False)  # type: ignore[operator]  # a Spine, whatever the stub says
+        bar.outline.set_visible(False)
         bar.ax.tick_params(length=0)
         return as_png(figure, description)
 
@@ -194,11 +194,8 @@ def _label(
     frame = axes.get_window_extent()
     left, right, bottom, top = (edge * scale for edge in (frame.x0, frame.x1, frame.y0, frame.y1))
     width, height = 4.9 * len(text) + 8.0, 14.0
-    places = [
-        (dx, dy)
-        for dy in (15.0, -29.0, 32.0, -46.0, 49.0, -63.0, 66.0)
-        for dx in (10.0, -width - 10.0, -width / 2)
-    ]
+    # A car's own line runs to the right and up or level, so up left and down right are free of it.
+    places = [(dx, dy) for level in range(4) for dx, dy in _beside(width, 14.0 + 17.0 * level)]
     for dx, dy in places:
         box = (x + dx, y + dy, x + dx + width, y + dy + height)
         inside = left <= box[0] and box[2] <= right and bottom <= box[1] and box[3] <= top
@@ -219,4 +216,15 @@ def _label(
         zorder=9,
         bbox={"boxstyle": "round,pad=0.3", "fc": "white", "ec": "#c9d0d8", "alpha": 0.94, "lw": 0.7},
         arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8, "shrinkA": 0.0, "shrinkB": 4.0},
+    )
+
+
+def _beside(width: float, away: float) -> tuple[tuple[float, float], ...]:
+    """Return places for a label around a point, in points, the best first."""
+    return (
+        (-width - 6.0, away),
+        (8.0, -away - 14.0),
+        (-0.6 * width, away),
+        (8.0, away),
+        (-width - 6.0, -away - 14.0),
     )

@@ -16,9 +16,11 @@ from xgv_cosim.reports.canvas import as_svg, drawing, new_figure
 from xgv_cosim.reports.palette import INK, mode_style
 from xgv_cosim.reports.run_data import Injected, Lane, RunData
 
-AHEAD_M = 70.0
-BEHIND_M = 70.0
-BESIDE_M = 13.0
+AHEAD_M = 60.0
+BEHIND_M = 60.0
+BESIDE_M = 18.0
+"""Most that is shown to each side; less where the road is narrower."""
+VERGE_M = 1.5
 ROAD = "#dfe3e8"
 ROAD_EDGE = "#8e97a3"
 OTHER = "#aab2bd"
@@ -59,16 +61,57 @@ def top_down(run: RunData, track: Trajectory, vehicle: Injected, moments: Sequen
         return None
     description = f"the road around {vehicle.vehicle_id} from above"
     width_in = 10.6
-    strip_in = width_in * 2.0 * BESIDE_M / (AHEAD_M + BEHIND_M)
+    scenes = [_scene(run, track, row) for _, row in views]
+    heights_in = [width_in * (scene.high_m - scene.low_m) / (AHEAD_M + BEHIND_M) for scene in scenes]
     with drawing(description):
-        figure = new_figure(width_in, 0.25 + (strip_in + 0.3) * len(views))
-        panels = figure.subplots(len(views), 1, squeeze=False)[:, 0]
-        for axes, (moment, row) in zip(panels, views, strict=True):
-            _draw_view(axes, run, track, vehicle, moment, row)
+        figure = new_figure(width_in, 0.5 + sum(heights_in) + 0.3 * len(views))
+        panels = figure.subplots(len(views), 1, squeeze=False, height_ratios=heights_in)[:, 0]
+        for axes, (moment, row), scene in zip(panels, views, scenes, strict=True):
+            _draw_view(axes, track, vehicle, moment, row, scene)
         for axes in panels[:-1]:
             axes.tick_params(labelbottom=False)
         panels[-1].set_xlabel("metres ahead of the car's front bumper")
         return as_svg(figure, description)
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """The road around a car in the car's own frame: origin at its front bumper, x ahead, y to the left."""
+
+    origin: Points
+    heading_rad: float
+    lanes: tuple[tuple[Lane, Points], ...]
+    low_m: float
+    high_m: float
+
+    def place(self, points: Points) -> Points:
+        """Return points of the world in this frame."""
+        return _turned(points - self.origin, self.heading_rad)
+
+
+def _turned(points: Points, heading_rad: float) -> Points:
+    cosine, sine = np.cos(heading_rad), np.sin(heading_rad)
+    turned: Points = points @ np.array([[cosine, -sine], [sine, cosine]])
+    return turned
+
+
+def _scene(run: RunData, track: Trajectory, row: int) -> _Scene:
+    origin = np.array([track["x"][row], track["y"][row]])
+    heading_rad = float(track["heading"][row])
+    placed = [(lane, _turned(lane.shape_m - origin, heading_rad)) for lane in run.lanes]
+    lanes = tuple((lane, shape) for lane, shape in placed if _touches(shape))
+    low, high = -4.0, 4.0
+    for lane, shape in lanes:
+        y_m = np.interp(np.linspace(-BEHIND_M, AHEAD_M, 25), *_sorted(shape), left=np.nan, right=np.nan)
+        if np.isfinite(y_m).any():
+            low = min(low, float(np.nanmin(y_m)) - 0.5 * lane.width_m - VERGE_M)
+            high = max(high, float(np.nanmax(y_m)) + 0.5 * lane.width_m + VERGE_M)
+    return _Scene(origin, heading_rad, lanes, max(low, -BESIDE_M), min(high, BESIDE_M))
+
+
+def _sorted(shape: Points) -> tuple[Points, Points]:
+    order = np.argsort(shape[:, 0], kind="stable")
+    return shape[order, 0], shape[order, 1]
 
 
 def _row_at(track: Trajectory, vehicle_id: str, t_s: float) -> int | None:
@@ -81,32 +124,24 @@ def _row_at(track: Trajectory, vehicle_id: str, t_s: float) -> int | None:
 
 
 def _draw_view(
-    axes: Axes, run: RunData, track: Trajectory, vehicle: Injected, moment: Moment, row: int
+    axes: Axes, track: Trajectory, vehicle: Injected, moment: Moment, row: int, scene: _Scene
 ) -> None:
-    origin = np.array([track["x"][row], track["y"][row]])
-    heading = float(track["heading"][row])
-    turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-
-    def to_view(points: Points) -> Points:
-        turned: Points = (points - origin) @ turn
-        return turned
-
     axes.set_aspect("equal")
     axes.set_xlim(-BEHIND_M, AHEAD_M)
-    axes.set_ylim(-BESIDE_M, BESIDE_M)
+    axes.set_ylim(scene.low_m, scene.high_m)
     axes.set_facecolor("white")
     axes.grid(visible=False)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
     axes.set_yticks([])
-    _draw_lanes(axes, [(lane, to_view(lane.shape_m)) for lane in run.lanes])
+    _draw_lanes(axes, scene.lanes)
 
     mode = mode_style(run_mode(track, row))
     now = np.flatnonzero(track.time_s == track.time_s[row])
-    places = to_view(np.stack([track["x"][now], track["y"][now]], axis=1))
+    places = scene.place(np.stack([track["x"][now], track["y"][now]], axis=1))
     near = (np.abs(places[:, 0]) < AHEAD_M + 20.0) & (np.abs(places[:, 1]) < BESIDE_M + 5.0)
     for index, place in zip(now[near].tolist(), places[near], strict=True):
-        angle = float(track["heading"][index]) - heading
+        angle = float(track["heading"][index]) - scene.heading_rad
         size = (float(track["length"][index]), float(track["width"][index]))
         if index == row:
             _draw_car(axes, place, angle, size, fill=mode.colour, edge=INK, line=1.6, order=6)
@@ -114,10 +149,8 @@ def _draw_view(
             _draw_car(axes, place, angle, size, fill="white", edge=INK, line=1.8, order=5)
         else:
             _draw_car(axes, place, angle, size, fill=OTHER, edge="white", line=0.6, order=4)
-    title = (
-        f"{moment.t_s:.1f} s: {moment.why}. {vehicle.vehicle_id} at {max(0.0, track['measured_speed'][row]):.1f} m/s, "
-        f"{mode.label}"
-    )
+    speed_mps = max(0.0, float(track["measured_speed"][row]))  # a rounded -0.0 reads badly
+    title = f"{moment.t_s:.1f} s: {moment.why}. {vehicle.vehicle_id} at {speed_mps:.1f} m/s, {mode.label}"
     axes.set_title(title, loc="left", color=INK, fontsize=9.5, pad=4.0)
 
 
@@ -129,13 +162,12 @@ def run_mode(track: Trajectory, row: int) -> str:
 
 def _draw_lanes(axes: Axes, lanes: Sequence[tuple[Lane, Points]]) -> None:
     """Draw asphalt with a solid outer edge and broken lines between the lanes."""
-    near = [(lane, shape) for lane, shape in lanes if _touches(shape)]
-    for lane, shape in near:
+    for lane, shape in lanes:
         axes.add_patch(Polygon(_ribbon(shape, lane.width_m + 0.5), color=ROAD_EDGE, lw=0, zorder=1))
-    for lane, shape in near:
+    for lane, shape in lanes:
         axes.add_patch(Polygon(_ribbon(shape, lane.width_m), color=ROAD, lw=0, zorder=2))
-    middles = [shape for _, shape in near]
-    for lane, shape in near:
+    middles = [shape for _, shape in lanes]
+    for lane, shape in lanes:
         for side in (-0.5, 0.5):
             line = shape + side * lane.width_m * _normals(shape)
             if any(_beside(line, other, 0.75 * lane.width_m) for other in middles if other is not shape):

@@ -103,7 +103,7 @@ METRICS: Final = (
 def number(value: Any, digits: int = 1, unit: str = "") -> str:  # noqa: ANN401 - a cell of result.json
     """Return a number as text with its unit, a dash for none."""
     if value is None or isinstance(value, (str, Mapping)):
-        return str(value) if isinstance(value, str) else "–"
+        return str(value) if isinstance(value, str) else "\N{EN DASH}"
     return f"{value:.{digits}f}{' ' + unit if unit else ''}"
 
 
@@ -147,15 +147,15 @@ def _count(number_of: int, what: str) -> str:
 def story(run: RunData, vehicle: Injected) -> str:
     """Return what happened to one vehicle, in a few sentences."""
     metrics = vehicle.metrics
-    sentences = []
+    spans = []
     for injection in vehicle.injections:
-        text = f"{injection_name(injection['kind'])} at {injection['at_s']:.1f} s"
-        if injection.get("end_s") is not None:
-            text += f", until {injection['end_s']:.1f} s"
-        sentences.append(text[0].upper() + text[1:])
-    text = "; ".join(sentences)
+        end_s = injection.get("end_s")
+        until = "the end of the run" if end_s is None else f"{end_s:.1f} s"
+        spans.append(f"{injection_name(injection['kind'])} from {injection['at_s']:.1f} s to {until}")
+    text = "; ".join(spans)
+    text = text[0].upper() + text[1:]
     if metrics.get("speed_at_event_mps") is not None:
-        text += f", at {metrics['speed_at_event_mps']:.1f} m/s"
+        text += f", met at {metrics['speed_at_event_mps']:.1f} m/s"
     text += "."
     modes = _modes_entered(vehicle)
     if modes:
