@@ -1,7 +1,61 @@
-"""xgv-cosim: SUMO vehicles bound to emulated drive-by-wire vehicles."""
+"""xgv-cosim: SUMO vehicles bound to emulated drive-by-wire vehicles.
+
+``simulate`` opens a scenario to be stepped, ``run`` makes a whole run with its folder. Importing this
+package loads no engine; the first use of a name does.
+"""
 
 from __future__ import annotations
 
-from xgv_cosim._version import __version__
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-__all__ = ["__version__"]
+from xgv_cosim._version import __version__
+from xgv_cosim.errors import (
+    CommandError,
+    MissingLibraryError,
+    RecordingError,
+    ReplayError,
+    ScenarioError,
+    UnknownVehicleError,
+    WorldConfigurationError,
+    WorldError,
+    XgvCosimError,
+)
+
+if TYPE_CHECKING:
+    from xgv_cosim.entry import run, simulate
+    from xgv_cosim.simulation import Simulation, VehicleHandle
+
+__all__ = [
+    "CommandError",
+    "MissingLibraryError",
+    "RecordingError",
+    "ReplayError",
+    "ScenarioError",
+    "Simulation",
+    "UnknownVehicleError",
+    "VehicleHandle",
+    "WorldConfigurationError",
+    "WorldError",
+    "XgvCosimError",
+    "__version__",
+    "run",
+    "simulate",
+]
+
+_LAZY = {
+    "Simulation": "xgv_cosim.simulation",
+    "VehicleHandle": "xgv_cosim.simulation",
+    "run": "xgv_cosim.entry",
+    "simulate": "xgv_cosim.entry",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_LAZY[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -7,7 +7,8 @@
     │   └── UnknownVehicleError  a vehicle id that no binding has
     ├── CommandError             a command value outside what the vehicle accepts
     ├── WorldError               the traffic engine cannot start or go on          (exit code 3)
-    │   └── MissingLibraryError  libsumo needs system libraries that are not there
+    │   ├── MissingLibraryError      libsumo needs system libraries that are not there
+    │   └── WorldConfigurationError  the engine refuses its input files         (exit code 2)
     ├── RecordingError           the run folder cannot be written                  (exit code 3)
     └── ReplayError              a run folder cannot be replayed                   (exit code 2)
 """
@@ -61,6 +62,10 @@ class MissingLibraryError(WorldError):
     def __init__(self, libraries: tuple[str, ...], remedy: str) -> None:
         super().__init__(f"libsumo needs system libraries that are not installed: {', '.join(libraries)}. {remedy}")
         self.libraries = libraries
+
+
+class WorldConfigurationError(WorldError):
+    """The traffic engine refuses its configuration, network or demand; the message holds its words."""
 
 
 class RecordingError(XgvCosimError):

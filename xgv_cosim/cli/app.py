@@ -11,14 +11,8 @@ import sys
 import typer
 
 from xgv_cosim._version import __version__
-from xgv_cosim.errors import RecordingError, WorldError, XgvCosimError
-
-EXIT_OK = 0
-EXIT_EXPECTATION_FAILED = 1
-EXIT_BAD_INPUT = 2
-EXIT_SYSTEM_ERROR = 3
-EXIT_INTERRUPTED = 130
-
+from xgv_cosim.cli.exit_codes import EXIT_OK, exit_code_of
+from xgv_cosim.errors import XgvCosimError
 
 def _exit_with(code: object, **_options: object) -> None:
     """End with the exit code that a command returns; a command that returns none went well."""
@@ -49,11 +43,6 @@ def options(
     ),
 ) -> None:
     """Emulated drive-by-wire vehicles in SUMO traffic."""
-
-
-def exit_code_of(error: XgvCosimError) -> int:
-    """Return the exit code for an error that reached the command line."""
-    return EXIT_SYSTEM_ERROR if isinstance(error, (WorldError, RecordingError)) else EXIT_BAD_INPUT
 
 
 def main(arguments: list[str] | None = None) -> None:

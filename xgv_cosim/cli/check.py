@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from xgv_cosim.cli.app import EXIT_BAD_INPUT, EXIT_OK, app
+from xgv_cosim.cli.app import app
+from xgv_cosim.cli.exit_codes import EXIT_BAD_INPUT, EXIT_OK
 from xgv_cosim.errors import ScenarioError
 
 

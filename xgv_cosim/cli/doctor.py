@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from xgv_cosim.cli.app import EXIT_OK, EXIT_SYSTEM_ERROR, app
+from xgv_cosim.cli.app import app
+from xgv_cosim.cli.exit_codes import EXIT_OK, EXIT_SYSTEM_ERROR
 from xgv_cosim.errors import WorldError
 
 if TYPE_CHECKING:

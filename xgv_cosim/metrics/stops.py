@@ -62,7 +62,7 @@ def _least(values: np.ndarray[tuple[int], np.dtype[np.float64]], window: BoolCol
 
 
 def stop_metrics(
-    series: VehicleSeries, event_s: float, until_s: float, pause_decel_mps2: float, full_brake_mps2: float
+    series: VehicleSeries, event_s: float, until_s: float
 ) -> StopMetrics:
     """Return the metrics of one event.
 
@@ -70,8 +70,6 @@ def stop_metrics(
         series: The vehicle's series.
         event_s: Time of the device edge.
         until_s: End of the window in which the event is judged.
-        pause_decel_mps2: Deceleration of a controlled stop (XGV-36).
-        full_brake_mps2: Deceleration of the full brake on this road.
     """
     window = (series.t_s >= event_s - 1e-9) & (series.t_s <= until_s + 1e-9)
     if not window.any():
@@ -79,12 +77,9 @@ def stop_metrics(
     before = np.flatnonzero(series.t_s <= event_s + 1e-9)
     edge = int(before[-1]) if before.size else 0
     speed = float(series.speed_mps[edge])
-    demanded = {
-        int(Longitudinal.CONTROLLED_STOP): pause_decel_mps2,
-        int(Longitudinal.FULL_BRAKE): full_brake_mps2,
-    }
-    decels = [demanded[code] for code in series.longitudinal[window].tolist() if code in demanded]
-    ideal = speed * speed / (2.0 * decels[0]) if decels else None
+    demanded = series.demanded_decel_mps2[window]
+    demanded = demanded[np.isfinite(demanded)]
+    ideal = speed * speed / (2.0 * float(demanded[0])) if demanded.size else None
     still = first_standstill(series, event_s, until_s)
     distance = None if still is None else float(series.distance_m[still] - series.distance_m[edge])
     step_s = float(np.median(np.diff(series.t_s))) if series.t_s.size > 1 else 0.0

@@ -56,7 +56,7 @@ def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> Simulation:
 
 def profile_of(scenario: Scenario) -> XgvProfile:
     """Return the XGV profile with the scenario's settings."""
-    return XgvProfile(scenario.xgv)
+    return XgvProfile(scenario.xgv.settings())
 
 
 def selector_of(scenario: Scenario) -> Selector:

@@ -88,6 +88,19 @@ def scenario_from_mapping(data: Mapping[str, Any], folder: str | Path) -> Scenar
     return _examine(dict(data), source, Document("the scenario"), [], [], located=False).require()
 
 
+def override(scenario: Scenario, overrides: Sequence[str]) -> Scenario:
+    """Return a scenario with values replaced by ``dotted.key=value`` options.
+
+    Raises:
+        ScenarioError: An option is wrong, or what it makes of the scenario is.
+    """
+    if not overrides:
+        return scenario
+    data, applied, problems = apply_overrides(scenario.to_mapping(), overrides)
+    source = ScenarioSource(scenario.source.folder, overrides=(*scenario.source.overrides, *overrides))
+    return _examine(data, source, Document("the scenario"), applied, problems, located=False).require()
+
+
 def examine_scenario(path_or_name: str | Path, overrides: Sequence[str] = ()) -> Examination:
     """Read a scenario like ``load_scenario``, but return the problems instead of raising them.
 

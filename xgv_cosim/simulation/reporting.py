@@ -42,14 +42,15 @@ def note_modes(state: RunState, axes: AxisModes) -> None:
     _note_axis(state, "steering_control", fleet.lateral, axes.lateral, Lateral.FREE, Lateral.DRIVER)
 
 
-def note_failed_references(state: RunState, failed: BoolColumn, error_code: int) -> None:
+def note_failed_references(state: RunState, failed: BoolColumn) -> None:
     """Put vehicles whose references could not be computed into the error state, each on its own."""
     for slot in np.flatnonzero(failed).tolist():
         if state.fleet.ids[slot] is None:
             continue
         vehicle_id = str(state.fleet.ids[slot])
         state.note(vehicle_id, "controller_failed", reasons=("its speed or curvature reference is not valid",))
-        state.request(vehicle_id, InjectionKind.ERROR, error_code, begins=True)
+        code = state.vehicles[vehicle_id].binding.profile.controller_failure_code
+        state.request(vehicle_id, InjectionKind.ERROR, code)
 
 
 def note_world(state: RunState, snapshot: Snapshot) -> None:

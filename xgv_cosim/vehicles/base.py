@@ -102,6 +102,11 @@ class VehicleProfile(Protocol):
         """Return how a controlled stop is done."""
         ...
 
+    @property
+    def controller_failure_code(self) -> int:
+        """Return the error code that a vehicle raises when its own controller fails."""
+        ...
+
     def new_endpoint(self, vehicle_id: str, now_s: float) -> Endpoint:
         """Return the endpoint of a vehicle that was just powered up."""
         ...
@@ -110,7 +115,7 @@ class VehicleProfile(Protocol):
         """Return modes and axis control for all slots by table look-up."""
         ...
 
-    def validate_partial_mode(self, bits: int, driver: Driver) -> None:
+    def validate_partial(self, bits: int, driver: Driver) -> None:
         """Refuse a partial mode that makes no sense for this profile (XGV-41).
 
         Raises:

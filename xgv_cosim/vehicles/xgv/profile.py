@@ -61,6 +61,11 @@ class XgvProfile:
             centres_without_command=self.settings.pause_no_command_steering is PauseSteering.CENTRE,
         )
 
+    @property
+    def controller_failure_code(self) -> int:
+        """Return 9156, module communication: the nearest code to a controller without valid numbers."""
+        return 9156
+
     def new_endpoint(self, vehicle_id: str, now_s: float) -> XgvEndpoint:  # noqa: ARG002 - the protocol's
         """Return the endpoint of a car that was just bound: nobody in control, both drivers in standby."""
         return XgvEndpoint(self.settings)

@@ -1,0 +1,45 @@
+"""``xgv-cosim run``: one scenario, a progress bar, a table of what happened, and a run folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from xgv_cosim.cli.app import app
+from xgv_cosim.cli.exit_codes import EXIT_EXPECTATION_FAILED, EXIT_INTERRUPTED, EXIT_OK
+from xgv_cosim.cli.progress import progress_of
+from xgv_cosim.cli.summary import print_summary
+
+
+@app.command()
+def run(
+    scenario: Annotated[
+        str, typer.Argument(help="Name of a packaged scenario (see 'xgv-cosim scenarios'), a file or a folder.")
+    ],
+    seed: Annotated[int | None, typer.Option(help="Seed of the run; replaces the scenario's.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="New folder for the run; default runs/NAME-seedN-TIME.", show_default=False)
+    ] = None,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Replace a value of the scenario, e.g. duration_s=30."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,  # noqa: FBT002
+) -> int:
+    """Run a scenario headless and write its run folder with report.html."""
+    from xgv_cosim.entry import default_folder, run as run_whole  # noqa: I001, PLC0415 - engines are dear to import
+    from xgv_cosim.runs import RunStatus  # noqa: PLC0415
+    from xgv_cosim.scenario.loading import load_scenario  # noqa: PLC0415
+
+    chosen = [*(overrides or []), *([] if seed is None else [f"seed={seed}"])]
+    loaded = load_scenario(scenario, chosen)
+    folder = out if out is not None else default_folder(loaded)
+    with progress_of(loaded.name, quiet=quiet) as progress:
+        result = run_whole(loaded, out=folder, progress=progress)
+    if not quiet:
+        print_summary(result.data, folder)
+    if result.status is RunStatus.INTERRUPTED:
+        return EXIT_INTERRUPTED
+    return EXIT_OK if result.status is RunStatus.OK else EXIT_EXPECTATION_FAILED

@@ -1,0 +1,86 @@
+"""The ways in from Python: step a simulation yourself, or make a whole run with its folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from xgv_cosim.runs import Progress, RunResult, run_scenario
+from xgv_cosim.scenario.building import build
+from xgv_cosim.scenario.loading import load_scenario, override
+from xgv_cosim.scenario.model import Scenario
+from xgv_cosim.simulation import Observer, Simulation
+
+
+def simulate(
+    scenario: str | Path | Scenario,
+    *,
+    seed: int | None = None,
+    set: Sequence[str] = (),  # noqa: A002 - the name of the option on the command line
+    observers: Sequence[Observer] = (),
+) -> Simulation:
+    """Open a scenario to be stepped by the caller; nothing is written to disk.
+
+    Use it as a context manager, since one process holds one SUMO simulation at a time.
+
+    Args:
+        scenario: Packaged name, path of a scenario file, or a loaded scenario.
+        seed: Replaces the scenario's seed.
+        set: ``dotted.key=value`` overrides, as on the command line.
+        observers: Told of each step and event.
+
+    Raises:
+        ScenarioError: The scenario is not there, or wrong.
+        WorldError: SUMO cannot start, or runs in this process already.
+    """
+    return build(_loaded(scenario, seed, set), observers)
+
+
+def run(
+    scenario: str | Path | Scenario,
+    *,
+    seed: int | None = None,
+    out: str | Path | None = None,
+    set: Sequence[str] = (),  # noqa: A002 - the name of the option on the command line
+    progress: Progress | None = None,
+    report: bool = True,
+) -> RunResult:
+    """Run a scenario to its end and return its result, whose ``folder`` holds all that was recorded.
+
+    Args:
+        scenario: Packaged name, path of a scenario file, or a loaded scenario.
+        seed: Replaces the scenario's seed.
+        out: A new or empty folder; None: ``runs/NAME-seedN-TIME``.
+        set: ``dotted.key=value`` overrides, as on the command line.
+        progress: Called after each step with (simulated seconds, seconds of the whole run).
+        report: Write ``report.html`` too.
+
+    Raises:
+        ScenarioError: The scenario is not there, or wrong.
+        WorldError: SUMO cannot start or failed.
+        RecordingError: The folder cannot be written.
+    """
+    loaded = _loaded(scenario, seed, set)
+    folder = default_folder(loaded) if out is None else Path(out)
+    result = run_scenario(loaded, folder, progress=progress)
+    if report:
+        from xgv_cosim.reports import write_report  # noqa: PLC0415 - drawing is dear to import
+
+        write_report(folder)
+    return result
+
+
+def default_folder(scenario: Scenario) -> Path:
+    """Return a run folder of its own for a run that begins now."""
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
+    stem = Path("runs") / f"{scenario.name}-seed{scenario.seed}-{stamp}"
+    folder, number = stem, 2
+    while folder.exists():
+        folder, number = stem.with_name(f"{stem.name}-{number}"), number + 1
+    return folder
+
+
+def _loaded(scenario: str | Path | Scenario, seed: int | None, overrides: Sequence[str]) -> Scenario:
+    chosen = [*overrides] if seed is None else [*overrides, f"seed={seed}"]
+    return override(scenario, chosen) if isinstance(scenario, Scenario) else load_scenario(scenario, chosen)

@@ -1,0 +1,100 @@
+"""One run: a scenario in, a run folder out, however the run ends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+from xgv_cosim.errors import RecordingError, XgvCosimError
+from xgv_cosim.metrics import Watch
+from xgv_cosim.recording import Recorder, prepare_run_folder
+from xgv_cosim.recording.disk import fail
+from xgv_cosim.runs.lock import write_lock
+from xgv_cosim.runs.result import RunOutcome, RunResult, RunStatus, result_of, write_result
+from xgv_cosim.scenario.building import build, named_vehicles, profile_of
+from xgv_cosim.scenario.model import Scenario
+from xgv_cosim.simulation import Simulation
+
+Progress = Callable[[float, float], None]
+"""Called after each world step with (simulated seconds, seconds of the whole run)."""
+
+
+def run_scenario(
+    scenario: Scenario, folder: Path, *, progress: Progress | None = None, num_steps: int | None = None
+) -> RunResult:
+    """Run a scenario and return its result; the folder holds everything but the report.
+
+    An interrupt (Ctrl-C) ends the run early with status ``interrupted``; what was recorded is written.
+
+    Args:
+        scenario: What to run, seed included.
+        folder: A new or empty folder.
+        progress: Told of each step.
+        num_steps: End after this many world steps rather than after ``duration_s``.
+
+    Raises:
+        ScenarioError: Something the scenario names does not exist or cannot be done.
+        WorldError: SUMO cannot start or failed.
+        RecordingError: The folder cannot be written. In all three cases what was recorded until then is
+            written, ``result.json`` with status ``error`` included.
+    """
+    prepare_run_folder(folder)
+    try:
+        write_lock(scenario, folder)
+    except OSError as error:
+        fail(folder, error, "Nothing was recorded.")
+    watch = Watch(_watched(scenario))
+    recorder = Recorder(folder, safety_mode_name=profile_of(scenario).safety_mode_name)
+    outcome = RunOutcome(started_at=datetime.now(UTC))
+    wanted = num_steps if num_steps is not None else round(scenario.duration_s / scenario.step_s)
+    raised: XgvCosimError | None = None
+    try:
+        with build(scenario, (recorder, watch)) as simulation:
+            recorder.use_road(simulation.world.road)
+            _advance(simulation, scenario, wanted, outcome, progress)
+    except KeyboardInterrupt:
+        outcome.status = RunStatus.INTERRUPTED
+    except XgvCosimError as error:
+        outcome.status, outcome.error, raised = RunStatus.ERROR, str(error), error
+    outcome.num_steps = recorder.num_steps
+    raised = _close(recorder, outcome, raised)
+    result = result_of(scenario, folder, recorder.trace_hash, watch, outcome)
+    try:
+        write_result(result)
+    except RecordingError as error:
+        raised = raised or error
+    if raised is not None:
+        raise raised
+    return result
+
+
+def _watched(scenario: Scenario) -> set[str]:
+    expected = {row.vehicle for row in scenario.expect if row.vehicle is not None}
+    return expected.union(*(named_vehicles(row.vehicles) for row in scenario.injections))
+
+
+def _advance(
+    simulation: Simulation, scenario: Scenario, wanted: int, outcome: RunOutcome, progress: Progress | None
+) -> None:
+    """Step to the end, timing what the steps take."""
+    began = time.perf_counter()
+    try:
+        for _ in range(wanted):
+            simulation.step()
+            if progress is not None:
+                progress(simulation.now_s, wanted * scenario.step_s)
+    finally:
+        outcome.wall_s = time.perf_counter() - began
+
+
+def _close(recorder: Recorder, outcome: RunOutcome, raised: XgvCosimError | None) -> XgvCosimError | None:
+    """Write what is written at the end; the first error is the one that counts."""
+    try:
+        recorder.close()
+    except RecordingError as error:
+        if raised is None:
+            outcome.status, outcome.error = RunStatus.ERROR, str(error)
+            return error
+    return raised
