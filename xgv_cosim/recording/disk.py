@@ -95,15 +95,18 @@ class LineLog:
 
 
 class Reserve:
-    """A file that holds room on the disk, to be given up when the disk is full.
+    """Room on the disk, to be given up when the disk is full.
+
+    It is held by a file without a name, so that the system gives it back even if the process dies.
 
     Args:
-        path: Name of the file.
+        path: Where the file shows for a moment while it is made.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.size_bytes = 0
+        self._descriptor: int | None = None
 
     def hold(self, num_bytes: int) -> None:
         """Make the reserve at least ``num_bytes`` large; it never shrinks.
@@ -113,21 +116,23 @@ class Reserve:
         """
         if num_bytes <= self.size_bytes:
             return
-        descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o644)
+        if self._descriptor is None:
+            self._descriptor = os.open(self.path, _NEW_FILE, 0o600)
+            self.path.unlink()
         try:
-            _allocate(descriptor, self.size_bytes, num_bytes)
+            _allocate(self._descriptor, self.size_bytes, num_bytes)
         except OSError:
-            os.ftruncate(descriptor, self.size_bytes)
+            os.ftruncate(self._descriptor, self.size_bytes)
             raise
-        finally:
-            os.close(descriptor)
         self.size_bytes = num_bytes
 
     def give_up(self) -> bool:
-        """Delete the reserve; return whether that freed any room."""
+        """Free the room; return whether there was any."""
         freed = self.size_bytes > 0
         self.size_bytes = 0
-        self.path.unlink(missing_ok=True)
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
         return freed
 
 

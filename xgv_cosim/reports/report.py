@@ -17,7 +17,7 @@ from xgv_cosim.reports.run_data import Injected, RunData, read_run
 from xgv_cosim.reports.time_space import Window, lanes_of, time_space
 from xgv_cosim.reports.top_down import moments_of, top_down
 from xgv_cosim.reports.traces import traces, window_of
-from xgv_cosim.reports.wording import METRICS, number, story, summary, verdict
+from xgv_cosim.reports.wording import HELD, METRICS, number, story, summary, verdict
 
 MOST_PICTURED: Final = 10
 """Injected vehicles with pictures of their own; more would make the page heavy."""
@@ -87,6 +87,7 @@ def _content(run: RunData) -> dict[str, Any]:
         "time_space": _overview(track, road, injected),
         "axis_note": _axis_note(road),
         "any_bound": track is not None and bool(track.bound.any()),
+        "held": HELD,
         "legend": LEGEND,
         "timeline": mode_timeline(run, injected),
         "vehicles": [_vehicle(run, track, road, vehicle) for vehicle in injected[:MOST_PICTURED]],
@@ -119,14 +120,15 @@ def _axis_note(road: AlongRoad | None) -> str:
     shown = " → ".join(named) if len(named) <= 6 else f"{named[0]} → … → {named[-1]} ({len(named)} edges)"
     text = f"Distance is measured along the most travelled road ({shown}), from where its first edge begins."
     if road.share < 0.995:
-        text += f" {100.0 * (1.0 - road.share):.0f} % of what was recorded lies on other roads and is not shown here."
+        text += f" {100.0 * (1.0 - road.share):.0f} % of what was recorded lies elsewhere and is not shown."
     return text
 
 
 def _vehicle(
     run: RunData, track: Trajectory | None, road: AlongRoad | None, vehicle: Injected
 ) -> dict[str, Any]:
-    styles = list(dict.fromkeys(mode_style(str(row["safety_mode"])) for row in vehicle.modes))
+    names = [str(row["safety_mode"]) for row in vehicle.modes if row["safety_mode"] != "unknown"]
+    styles = list(dict.fromkeys(mode_style(name) for name in names))
     pictures: dict[str, Any] = {"top_down": None, "close_up": None, "traces": None, "gone": ""}
     rows = track.rows_of.get(vehicle.vehicle_id) if track is not None else None
     if track is None or road is None or rows is None:
@@ -182,7 +184,10 @@ def _tiles(run: RunData) -> list[tuple[str, str]]:
                 f"times real time ({number(result.get('wall_s'), 0, 's')} of computing)",
             )
         )
-    for key, label in (("num_vehicles_max", "vehicles at once, at most"), ("num_bound", "emulated XGVs")):
+    for key, label in (
+        ("num_vehicles_max", "vehicles at once, at most"),
+        ("num_bound_max", "emulated vehicles"),
+    ):
         if result.get(key) is not None:
             tiles.append((str(result[key]), label))
     tiles.append((str(len(run.injected)), "vehicles with an injection"))
@@ -212,17 +217,16 @@ def _metric_tables(injected: tuple[Injected, ...]) -> list[dict[str, Any]]:
 
 
 def _other_vehicles(run: RunData) -> list[list[str]]:
-    columns = (
-        ("min_ttc_s", 1, "s"),
-        ("min_ttc_follower_s", 1, "s"),
-        ("min_gap_m", 1, "m"),
-        ("collisions", 0, ""),
-    )
-    return [
-        [name, *(number(row.get("metrics", {}).get(key), digits, unit) for key, digits, unit in columns)]
-        for name, row in run.result.get("vehicles", {}).items()
-        if not row.get("injections")
-    ]
+    """Return rows (vehicle, seconds in each safety mode, collisions) of the vehicles left alone."""
+    rows = []
+    for name, vehicle in run.result.get("vehicles", {}).items():
+        if vehicle.get("injections"):
+            continue
+        metrics = vehicle.get("metrics", {})
+        spent = (metrics.get("time_in_mode_s") or {}).items()
+        modes = ", ".join(f"{mode_style(mode).label} {number(seconds, 1, 's')}" for mode, seconds in spent)
+        rows.append([name, modes, number(metrics.get("collisions"), 0)])
+    return rows
 
 
 def _facts(run: RunData) -> list[tuple[str, str]]:

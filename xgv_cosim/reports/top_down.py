@@ -41,7 +41,7 @@ def moments_of(run: RunData, vehicle: Injected, most: int = 4) -> tuple[Moment, 
     moments: list[Moment] = []
     for injection in vehicle.injections:
         begin_s = float(injection["at_s"])
-        still_s = run.standstill_s(vehicle.vehicle_id, begin_s)
+        still_s = run.standstill_s(vehicle.vehicle_id, injection)
         moments.append(Moment(begin_s, "the event begins"))
         if still_s is not None and still_s > begin_s:
             moments.append(Moment(still_s, "stands still"))

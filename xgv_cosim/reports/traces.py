@@ -31,7 +31,7 @@ def window_of(run: RunData, vehicle: Injected) -> tuple[float, float]:
     for injection in vehicle.injections:
         begin_s = float(injection["at_s"])
         end_s = injection.get("end_s")
-        still_s = run.standstill_s(vehicle.vehicle_id, begin_s)
+        still_s = run.standstill_s(vehicle.vehicle_id, injection)
         last_s = max(last_s, begin_s + 10.0, *(float(t) for t in (end_s, still_s) if t is not None))
     from_s, to_s = max(0.0, vehicle.first_s - BEFORE_S), min(run.end_s, last_s + AFTER_S)
     return from_s, max(to_s, from_s + 1.0)
@@ -105,7 +105,7 @@ def _shade(axes: Axes, run: RunData, vehicle: Injected, from_s: float, to_s: flo
         end_s = run.end_s if injection.get("end_s") is None else float(injection["end_s"])
         axes.axvspan(max(begin_s, from_s), min(end_s, to_s), color=EVENT, alpha=0.65, lw=0, zorder=0.5)
         axes.axvline(begin_s, color=BRAKE, lw=1.2, zorder=1.5)
-        still_s = run.standstill_s(vehicle.vehicle_id, begin_s)
+        still_s = run.standstill_s(vehicle.vehicle_id, injection)
         if still_s is None or not from_s <= still_s <= to_s:
             continue
         axes.axvline(still_s, color=INK, lw=1.0, ls=(0, (3, 2)), zorder=1.5)

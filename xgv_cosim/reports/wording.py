@@ -30,6 +30,10 @@ def injection_name(kind: str) -> str:
     return _INJECTION_NAMES.get(kind, kind.replace("_", " "))
 
 
+HELD: Final = frozenset({"ok", "passed"})
+"""Statuses of an expectation that held."""
+
+
 @dataclass(frozen=True, slots=True)
 class Metric:
     """A measured value as the table shows it."""
@@ -88,14 +92,15 @@ METRICS: Final = (
         1,
         "The same for the car behind hitting this one: the risk that a stop puts on others.",
     ),
-    Metric("min_gap_m", "smallest gap ahead", "m", 1, "Least distance between bumpers to the car ahead."),
+    Metric("min_gap_m", "smallest gap", "m", 1, "Least distance between bumpers to the car ahead or behind."),
     Metric(
-        "unattended_s",
-        "nobody in control",
+        "unattended_speed_s",
+        "speed in nobody's hands",
         "s",
         1,
-        "Time in which an axis was released and no driver had it yet.",
+        "Time in which neither computer nor driver governed speed: released, and not yet taken.",
     ),
+    Metric("unattended_steering_s", "steering in nobody's hands", "s", 1, "The same for steering."),
     Metric("collisions", "collisions", "", 0, "Contacts with other vehicles."),
 )
 
@@ -112,10 +117,12 @@ def verdict(run: RunData) -> tuple[str, str]:
     result = run.result
     status = result.get("status")
     expectations = result.get("expectations", [])
-    held = sum(row["status"] == "passed" for row in expectations)
+    held = sum(row["status"] in HELD for row in expectations)
     if status == "ok":
-        what = f"all {held} expectations held" if expectations else "the run had no expectations to check"
-        return "good", f"Passed: {what}."
+        if not expectations:
+            return "good", "Completed; the scenario states no expectations."
+        what = "its one expectation" if held == 1 else f"all {held} expectations"
+        return "good", f"Passed: {what} held."
     if status == "failed":
         return "bad", f"Failed: {len(expectations) - held} of {len(expectations)} expectations did not hold."
     if status == "interrupted":
@@ -132,7 +139,7 @@ def summary(run: RunData) -> str:
     parts = [f"{result.get('scenario', run.folder.name)} ran for {run.end_s:.0f} s of simulated time"]
     if cars is not None:
         parts.append(
-            f"with up to {cars} vehicles at once, {result.get('num_bound', 0)} of them emulated XGVs"
+            f"with up to {cars} vehicles at once, {result.get('num_bound_max', 0)} of them emulated drive-by-wire vehicles"
         )
     collisions = result.get("collisions")
     if collisions is not None:
@@ -167,7 +174,7 @@ def story(run: RunData, vehicle: Injected) -> str:
         if metrics.get("ideal_stopping_distance_m") is not None:
             text += f" (ideal {metrics['ideal_stopping_distance_m']:.0f} m)"
         text += "."
-    elif run.standstill_s(vehicle.vehicle_id, vehicle.first_s) is None:
+    elif all(run.standstill_s(vehicle.vehicle_id, injection) is None for injection in vehicle.injections):
         text += " It did not come to a standstill."
     if metrics.get("collisions") is not None:
         text += f" {_count(int(metrics['collisions']), 'collision').capitalize()}."
@@ -178,6 +185,8 @@ def _modes_entered(vehicle: Injected) -> list[str]:
     """Return the safety modes from the one in force at the first injection on."""
     names: list[str] = []
     for row in vehicle.modes:
+        if row["safety_mode"] == "unknown":
+            continue
         label = mode_style(str(row["safety_mode"])).label
         if row["t_s"] < vehicle.first_s:
             names = [label]
