@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import io
+import os
 import re
 import sys
 from typing import TYPE_CHECKING
@@ -34,9 +35,6 @@ SYSTEM_LIBRARIES = {
 }
 """Shared libraries that the libsumo wheel expects of the system, and the Debian package of each."""
 
-INSTALL_COMMAND = f"sudo apt-get install -y {' '.join(SYSTEM_LIBRARIES.values())}"
-"""The line that installs all of them on Debian and Ubuntu."""
-
 _MISSING_OBJECT = re.compile(r"(?P<name>[\w.+-]+\.so[\w.]*): cannot open shared object file")
 # What libsumo prints on stdout when pyarrow is there in another version than the one it bundles for
 # itself. The two never meet (the bundled one has a name of its own), so the advice is noise.
@@ -44,6 +42,12 @@ _PYARROW_NOTICE = (
     "Warning! pyarrow is installed with version",
     " Try to uninstall pyarrow or install a matching",
 )
+
+
+def install_command() -> str:
+    """Return the line that installs all of :data:`SYSTEM_LIBRARIES` on Debian and Ubuntu."""
+    prefix = "" if os.geteuid() == 0 else "sudo "  # bare machines on which one is root have no sudo
+    return f"{prefix}apt-get install -y {' '.join(SYSTEM_LIBRARIES.values())}"
 
 
 def private_library_folder() -> Path:
@@ -90,10 +94,8 @@ def remedy_for(libraries: tuple[str, ...]) -> str:
     """Return the sentence that tells how to get missing libraries."""
     strangers = [name for name in libraries if name not in SYSTEM_LIBRARIES]
     if strangers:
-        return f"Install the packages that bring {', '.join(strangers)}, then: {INSTALL_COMMAND}"
-    return (
-        f"Install them with `{INSTALL_COMMAND}`, or let `xgv-cosim doctor --fix` get them (it needs no root)."
-    )
+        return f"Install the packages that bring {', '.join(strangers)}, then: {install_command()}"
+    return f"Install them: `{install_command()}`, or have them fetched without root: `xgv-cosim doctor --fix`"
 
 
 def load_libsumo() -> ModuleType:

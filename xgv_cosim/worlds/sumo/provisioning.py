@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 from xgv_cosim.errors import MissingLibraryError, WorldError
 from xgv_cosim.worlds.sumo.libraries import (
-    INSTALL_COMMAND,
     SYSTEM_LIBRARIES,
+    install_command,
     missing_libraries,
     private_library_folder,
     remedy_for,
@@ -137,13 +137,13 @@ def run_quietly(command: list[str], folder: Path | None = None) -> str:
         )
     except OSError as error:
         raise WorldError(
-            f"cannot run {command[0]}: {error}. Ask your administrator for: {INSTALL_COMMAND}"
+            f"cannot run {command[0]}: {error}. Ask your administrator for: {install_command()}"
         ) from error
     if done.returncode != 0:
         last_words = "; ".join((done.stderr.strip() or done.stdout.strip()).splitlines()[-3:])
         raise WorldError(
             f"`{' '.join(command)}` failed with code {done.returncode}: {last_words or 'it said nothing'}. "
-            f"Install the libraries by hand: {INSTALL_COMMAND}"
+            f"Install the libraries by hand: {install_command()}"
         )
     return done.stdout
 
