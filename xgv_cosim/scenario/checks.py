@@ -9,7 +9,7 @@ from xgv_cosim.scenario.problems import Path
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from xgv_cosim.scenario.model import BindSection, ExpectationSection, InjectionSection
+    from xgv_cosim.scenario.sections import BindSection, ExpectationSection, InjectionSection
 
 Found = tuple[Path, str]
 

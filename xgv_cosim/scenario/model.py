@@ -1,218 +1,49 @@
-"""A scenario as data: one run's world, bound vehicles, settings, injections and expectations.
-
-Field docstrings become the descriptions of the JSON Schema, which editors show while one types.
-Numbers must be numbers: ``"10"`` for a time is refused, as are NaN and infinity.
-"""
+"""A scenario as data: one run's world, bound vehicles, settings, injections and expectations."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import Discriminator, Field, PrivateAttr, Tag, ValidationInfo, field_validator, model_validator
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
-from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.clock import CONTROL_TICK_S
-from xgv_cosim.injection import InjectionKind
-from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.checks import disagreements
-from xgv_cosim.scenario.problems import word_hint
 from xgv_cosim.scenario.section import Section
+from xgv_cosim.scenario.sections import (
+    BindSection,
+    ExpectationSection,
+    InjectionSection,
+    ModeName,
+    Selector,
+    SumoSection,
+    VehicleQuery,
+    WorldSection,
+)
 from xgv_cosim.scenario.source import ScenarioSource
 from xgv_cosim.scenario.xgv_section import XgvSection
+
+__all__ = [
+    "DISAGREEMENTS_LATER",
+    "SCHEMA",
+    "BindSection",
+    "ExpectationSection",
+    "InjectionSection",
+    "ModeName",
+    "Scenario",
+    "Selector",
+    "SumoSection",
+    "VehicleQuery",
+    "WorldSection",
+    "XgvSection",
+    "json_schema",
+]
 
 SCHEMA: Final = "xgv-cosim/scenario/1"
 """Name and version of the file format."""
 
 DISAGREEMENTS_LATER = "disagreements_later"
 """Key of the validation context: the caller looks for disagreements between sections itself."""
-
-PATTERN, LIST, QUERY = "|pattern", "|list", "|query"
-"""Tags of the three shapes of a selector; ``|`` keeps them apart from keys in error locations."""
-
-ModeName = Literal[
-    "drive_by_wire",
-    "software_pause",
-    "estop_pause",
-    "manual_override",
-    "emergency_manual_override",
-    "estop_disable",
-    "inactive",
-]
-"""Safety modes that a vehicle may be expected to be in."""
-
-
-class VehicleQuery(Section):
-    """Vehicles chosen by what they are rather than by name; all given conditions must hold."""
-
-    type: Annotated[str, Field(min_length=1)] | None = None
-    """The world's vehicle type (in SUMO: vType), or a pattern such as ``xgv_*``."""
-    share: Annotated[float, Field(gt=0, le=1)] | None = None
-    """Share of the vehicles, more than 0 up to 1; each vehicle is drawn by its id and the seed."""
-    seed: Annotated[int, Field(ge=0)] | None = None
-    """Seed of the draw; without it the scenario's seed."""
-
-    @model_validator(mode="after")
-    def _asks_for_something(self) -> Self:
-        if self.type is None and self.share is None:
-            raise ValueError("expected 'type', 'share' or both")
-        if self.seed is not None and self.share is None:
-            raise ValueError("'seed' goes with 'share'; add 'share' or remove 'seed'")
-        return self
-
-
-def _shape_of_selector(value: object) -> str | None:
-    if isinstance(value, str):
-        return PATTERN
-    if isinstance(value, (list, tuple)):
-        return LIST
-    return QUERY if isinstance(value, (dict, VehicleQuery)) else None
-
-
-_VehicleId = Annotated[str, Field(min_length=1)]
-
-Selector = Annotated[
-    Annotated[_VehicleId, Tag(PATTERN)]
-    | Annotated[tuple[_VehicleId, ...], Field(min_length=1), Tag(LIST)]
-    | Annotated[VehicleQuery, Tag(QUERY)],
-    Discriminator(_shape_of_selector),
-]
-"""An id or pattern (``xgv_*``), a list of them, or a ``VehicleQuery``."""
-
-
-class SumoSection(Section):
-    """Traffic simulated by SUMO."""
-
-    config: Annotated[str, Field(min_length=1)]
-    """The .sumocfg file, relative to the scenario file."""
-    options: tuple[str, ...] = ()
-    """Further SUMO options, for example ``["--time-to-teleport", "-1"]``."""
-
-
-class WorldSection(Section):
-    """The traffic around the bound vehicles."""
-
-    sumo: SumoSection
-    """Traffic simulated by SUMO."""
-
-
-class BindSection(Section):
-    """Vehicles of the traffic that become emulated drive-by-wire vehicles."""
-
-    vehicles: Selector
-    """Which vehicles: an id or pattern, a list of them, ``{type: ...}`` or ``{share: ..., seed: ...}``."""
-    profile: Literal["xgv"] = "xgv"
-    """Make of vehicle."""
-    preset: Annotated[str, Field(min_length=1)] = "ford_escape_hybrid"
-    """Geometry, actuators and road load of the vehicle."""
-    coupling: CouplingKind = CouplingKind.FREE
-    """How the vehicle is written into the traffic: free (any pose) or lane (the traffic keeps the lane)."""
-    start: Literal["handover", "cold"] = "handover"
-    """handover: the traffic drives it until drive-by-wire is reached; cold: powered up at standstill."""
-    driver: Literal["rider", "none", "world"] = "rider"
-    """Who sits in the car and takes what the computer releases (XGV-64)."""
-    driver_reaction_s: Annotated[float, Field(ge=0)] = 1.0
-    """Time after which the rider takes an axis that was released without his doing."""
-    partial: Literal["full", "manual_steering", "manual_speed", "both_manual"] = "full"
-    """Partial mode: which axes the computer leaves to the human (XGV-39, XGV-41)."""
-    stack: Literal["reference", "none"] = "reference"
-    """The autonomy stack: reference (keeps lane and distance) or none."""
-    desired_speed_mps: Annotated[float, Field(gt=0)] | None = None
-    """Speed the reference stack drives at; without it the lane's limit."""
-
-    @field_validator("preset")
-    @classmethod
-    def _preset_exists(cls, preset: str) -> str:
-        known = preset_names()
-        if preset not in known:
-            hint = word_hint(preset, known)
-            raise ValueError(
-                f"got {preset!r}, expected one of {', '.join(known)}{f' ({hint})' if hint else ''}"
-            )
-        return preset
-
-    @model_validator(mode="after")
-    def _agrees_with_itself(self) -> Self:
-        if self.partial != "full" and self.driver == "none":
-            raise ValueError(
-                f"partial: {self.partial} leaves an axis to a human, but with driver: none nobody is aboard; "
-                "use driver: rider, driver: world or partial: full (XGV-41)"
-            )
-        if self.desired_speed_mps is not None and self.stack == "none":
-            raise ValueError("desired_speed_mps is read by stack: reference only; remove one of the two")
-        return self
-
-
-class InjectionSection(Section):
-    """Something that happens to some bound vehicles at some time."""
-
-    at_s: Annotated[float, Field(ge=0)]
-    """When it begins, in seconds since the start of the run."""
-    vehicles: Selector
-    """Which of the bound vehicles."""
-    kind: InjectionKind
-    """What happens."""
-    duration_s: Annotated[float, Field(gt=0)] | None = None
-    """How long it lasts; without it, to the end (latching is the vehicle's business)."""
-    code: Annotated[int, Field(ge=0)] | None = None
-    """Error code, for kind error."""
-
-    @model_validator(mode="after")
-    def _code_belongs_to_error(self) -> Self:
-        if self.kind is InjectionKind.ERROR and self.code is None:
-            raise ValueError("kind: error needs 'code', the number of the error, for example 9109")
-        if self.kind is not InjectionKind.ERROR and self.code is not None:
-            raise ValueError(f"'code' goes with kind: error, not with kind: {self.kind}; remove it")
-        return self
-
-
-class ExpectationSection(Section):
-    """What the run has to show; a run that does not show it ends with exit code 1."""
-
-    vehicle: _VehicleId | None = None
-    """Id of a bound vehicle; without it the whole run (no_collision and min_gap_m only)."""
-    mode: ModeName | None = None
-    """Safety mode that is in force at by_s, or always."""
-    standstill: Literal[True] | None = None
-    """The vehicle stands at by_s, or always: slower than 0.1 m/s for at least 0.5 s."""
-    no_collision: Literal[True] | None = None
-    """No collision up to by_s, or ever."""
-    min_gap_m: Annotated[float, Field(ge=0)] | None = None
-    """Smallest gap, bumper to bumper, to the vehicles ahead and behind, up to by_s, or ever."""
-    by_s: Annotated[float, Field(ge=0)] | None = None
-    """Time of the run at which, or up to which, it has to hold."""
-    always: Literal[True] | None = None
-    """It has to hold through the whole run."""
-
-    @model_validator(mode="after")
-    def _says_one_thing(self) -> Self:
-        facts = {
-            "mode": self.mode,
-            "standstill": self.standstill,
-            "no_collision": self.no_collision,
-            "min_gap_m": self.min_gap_m,
-        }
-        given = [name for name, value in facts.items() if value is not None]
-        if len(given) != 1:
-            raise ValueError(
-                f"expected exactly one of {', '.join(facts)}; got {' and '.join(given) or 'none of them'}"
-            )
-        if (self.by_s is None) == (self.always is None):
-            raise ValueError(
-                f"expected exactly one of by_s, always; got {'neither' if self.always is None else 'both'}"
-            )
-        if self.vehicle is None and given[0] in {"mode", "standstill"}:
-            raise ValueError(f"{given[0]} needs 'vehicle', the id of a bound vehicle")
-        return self
-
-    @property
-    def what(self) -> Literal["mode", "standstill", "no_collision", "min_gap_m"]:
-        """Return the name of the one fact that is expected."""
-        if self.mode is not None:
-            return "mode"
-        if self.standstill is not None:
-            return "standstill"
-        return "no_collision" if self.no_collision is not None else "min_gap_m"
 
 
 class Scenario(Section):
