@@ -1,0 +1,214 @@
+"""The loop over slots and ticks: references, controllers, actuators, plant.
+
+Each tick the reference takes one step on its profile, the controllers answer with commands to the
+pedals and the wheel, these follow with their lags, and the car moves on an exact arc with the tick's
+mean speed and mean curvature. An axis that follows no profile has a reference that follows the car,
+so that the next entry to closed loop starts from what the car does (XGV-70).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.controllers.limits import (
+    MAX_STATE_ACCEL_MPS2,
+    MAX_STATE_CURVATURE_PER_M,
+    MAX_STATE_CURVATURE_RATE_PER_M_S,
+    MAX_STATE_SPEED_MPS,
+    is_state,
+)
+from xgv_cosim.controllers.profile import advance_profile, advance_speed_profile
+from xgv_cosim.controllers.speed import expected_speed_mps
+from xgv_cosim.jit import inlinable
+from xgv_cosim.kernel.orders import orders_of
+from xgv_cosim.kernel.pedals import Car, pedal_commands
+from xgv_cosim.kernel.steering import advance_steering
+from xgv_cosim.kernel.vehicle import lags_of, vehicle_of
+from xgv_cosim.plant.actuators import advance_pedal
+from xgv_cosim.plant.lateral import advance_curvature, max_lateral_accel_mps2, steady_curvature_per_m
+from xgv_cosim.plant.longitudinal import (
+    advance_speed,
+    brake_decel_mps2,
+    creep_accel_mps2,
+    full_throttle_accel_mps2,
+    road_load_mps2,
+    throttle_accel_mps2,
+)
+from xgv_cosim.plant.pose import advance_pose
+
+if TYPE_CHECKING:
+    from xgv_cosim.fleet import Motion, Reference, Setpoints
+    from xgv_cosim.kernel.orders import Orders
+    from xgv_cosim.parameters import ParameterColumns, VehicleParameters
+
+
+class _Wanted(NamedTuple):
+    """Where the profiles of one slot stand."""
+
+    speed_mps: float
+    accel_mps2: float
+    curvature_per_m: float
+    rate_per_m_s: float
+
+
+class _Moving(NamedTuple):
+    """How one slot moves along its path and round its bends."""
+
+    speed_mps: float
+    accel_mps2: float
+    curvature_per_m: float
+    distance_m: float
+
+
+@inlinable
+def _advance_reference(orders: Orders, wanted: _Wanted, dt: float) -> _Wanted:
+    """Return the reference one tick later on the axes that follow a profile."""
+    speed, accel, curvature, rate = wanted
+    if orders.follows_speed:
+        goal = orders.speed
+        if goal.is_held:
+            accel = 0.0
+        else:
+            speed, accel = advance_speed_profile(
+                speed, accel, goal.target, goal.rise_limit, goal.fall_limit, goal.jerk, dt
+            )
+    if orders.follows_curvature:
+        goal = orders.curvature
+        if goal.is_held:
+            rate = 0.0
+        else:
+            curvature, rate = advance_profile(
+                curvature, rate, goal.target, goal.rise_limit, goal.fall_limit, goal.jerk, dt
+            )
+    return _Wanted(speed, accel, curvature, rate)
+
+
+@inlinable
+def _follow(
+    orders: Orders,
+    vehicle: VehicleParameters,
+    wanted: _Wanted,
+    speed_mps: float,
+    accel_mps2: float,
+    steer_rad: float,
+) -> _Wanted:
+    """Return the reference with what the car does on axes without a profile, or with a lost reference.
+
+    The speed is the one expected a response time ahead, as the speed controller compares it; the
+    curvature is the one that the wheel leads to. So neither pedals nor wheel jump at the entry.
+    """
+    speed, accel, curvature, rate = wanted
+    if not (orders.follows_speed and is_state(speed, accel, MAX_STATE_SPEED_MPS, MAX_STATE_ACCEL_MPS2)):
+        speed = expected_speed_mps(speed_mps, accel_mps2, vehicle.speed_response_s)
+        accel = accel_mps2
+    if not (
+        orders.follows_curvature
+        and is_state(curvature, rate, MAX_STATE_CURVATURE_PER_M, MAX_STATE_CURVATURE_RATE_PER_M_S)
+    ):
+        curvature = steady_curvature_per_m(
+            steer_rad, speed_mps, vehicle.wheelbase_m, vehicle.understeer_rad_s2_per_m
+        )
+        rate = 0.0
+    return _Wanted(speed, accel, curvature, rate)
+
+
+@inlinable
+def _move(
+    orders: Orders,
+    vehicle: VehicleParameters,
+    car: Car,
+    throttle: float,
+    brake: float,
+    steer_rad: float,
+    creep_mps2: float,
+    dt: float,
+) -> _Moving:
+    """Return what the efforts in effect make of the car in a tick."""
+    curvature, after, accel, distance = car.curvature_per_m, car.speed_mps, car.accel_mps2, car.speed_mps * dt
+    along = accel
+    # On an axis of the world's driver the car goes on as it went, until the world tells how it moved.
+    if orders.longitudinal != Longitudinal.DRIVER:
+        pull = throttle_accel_mps2(throttle, car.full_throttle_mps2, vehicle.throttle_dead_band)
+        braking = brake_decel_mps2(brake, vehicle.max_brake_decel_mps2, vehicle.friction)
+        road_load = car.resistance_mps2 + creep_mps2
+        along = pull + creep_mps2 - braking
+        after, accel, distance = advance_speed(car.speed_mps, pull + creep_mps2, braking + road_load, dt)
+    if orders.lateral != Lateral.DRIVER:
+        curvature = advance_curvature(
+            curvature,
+            steady_curvature_per_m(steer_rad, after, vehicle.wheelbase_m, vehicle.understeer_rad_s2_per_m),
+            after,
+            max_lateral_accel_mps2(along, vehicle.friction, vehicle.min_lateral_grip),
+            vehicle.yaw_lag_s2_per_m,
+            dt,
+        )
+    return _Moving(after, accel, curvature, distance)
+
+
+def advance_in_place(
+    motion: Motion,
+    reference: Reference,
+    setpoints: Setpoints,
+    parameters: ParameterColumns,
+    ticks: int,
+    dt: float,
+) -> None:
+    """Advance every slot by ``ticks`` ticks of ``dt`` seconds, in the columns of motion and reference."""
+    for slot in range(motion.speed_mps.shape[0]):
+        orders, vehicle = orders_of(setpoints, slot), vehicle_of(parameters, slot)
+        lags = lags_of(vehicle, dt)
+        x, y, heading = motion.x_m[slot], motion.y_m[slot], motion.heading_rad[slot]
+        speed = max(motion.speed_mps[slot], 0.0)  # in this order a NaN stays visible
+        accel, curvature, steer = (
+            motion.accel_mps2[slot],
+            motion.curvature_per_m[slot],
+            motion.steer_rad[slot],
+        )
+        throttle, brake = motion.throttle[slot], motion.brake[slot]
+        integral, travelled = motion.speed_error_integral_m[slot], motion.travelled_m[slot]
+        wanted = _Wanted(
+            reference.speed_mps[slot],
+            reference.accel_mps2[slot],
+            reference.curvature_per_m[slot],
+            reference.curvature_rate_per_m_s[slot],
+        )
+        wanted = _follow(orders, vehicle, wanted, speed, accel, steer)
+        for _ in range(ticks):
+            wanted = _advance_reference(orders, wanted, dt)
+            full_throttle = full_throttle_accel_mps2(
+                speed, vehicle.max_drive_force_n, vehicle.max_drive_power_w, vehicle.mass_kg
+            )
+            creep = creep_accel_mps2(speed, vehicle.creep_accel_mps2, vehicle.creep_speed_mps)
+            road_load = road_load_mps2(
+                speed,
+                vehicle.mass_kg,
+                vehicle.rolling_resistance,
+                vehicle.drag_area_m2,
+                vehicle.air_density_kg_per_m3,
+            )
+            car = Car(speed, accel, curvature, throttle, brake, full_throttle, road_load - creep)
+            command = pedal_commands(
+                orders, vehicle, lags, car, wanted.speed_mps, wanted.accel_mps2, integral, dt
+            )
+            integral = command.integral_m
+            throttle = advance_pedal(throttle, command.throttle, lags.throttle)
+            brake = advance_pedal(brake, command.brake, lags.brake)
+            steer = advance_steering(
+                orders, vehicle, lags.steer, steer, speed, curvature, wanted.curvature_per_m, dt
+            )
+            after = _move(orders, vehicle, car, throttle, brake, steer, creep, dt)
+            x, y, heading = advance_pose(
+                x, y, heading, after.distance_m, 0.5 * (curvature + after.curvature_per_m)
+            )
+            speed, accel, curvature = after.speed_mps, after.accel_mps2, after.curvature_per_m
+            travelled += after.distance_m
+            wanted = _follow(orders, vehicle, wanted, speed, accel, steer)
+        motion.x_m[slot], motion.y_m[slot], motion.heading_rad[slot] = x, y, heading
+        motion.speed_mps[slot], motion.accel_mps2[slot] = speed, accel
+        motion.curvature_per_m[slot], motion.steer_rad[slot] = curvature, steer
+        motion.throttle[slot], motion.brake[slot] = throttle, brake
+        motion.speed_error_integral_m[slot], motion.travelled_m[slot] = integral, travelled
+        reference.speed_mps[slot], reference.accel_mps2[slot] = wanted.speed_mps, wanted.accel_mps2
+        reference.curvature_per_m[slot] = wanted.curvature_per_m
+        reference.curvature_rate_per_m_s[slot] = wanted.rate_per_m_s

@@ -1,0 +1,115 @@
+"""What one slot has to do in a step, checked and clipped once, before its ticks."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.controllers.limits import (
+    MAX_ACCEL_MPS2,
+    MAX_CURVATURE_PER_M,
+    MAX_CURVATURE_RATE_PER_M_S,
+    MAX_SPEED_MPS,
+    MIN_ACCEL_MPS2,
+    MIN_CURVATURE_RATE_PER_M_S,
+    are_usable,
+    clipped,
+    clipped_jerk,
+    stop_decel_mps2,
+)
+from xgv_cosim.jit import inlinable
+
+if TYPE_CHECKING:
+    from xgv_cosim.fleet import Setpoints
+
+
+class Profile(NamedTuple):
+    """The command of an axis that follows a profile."""
+
+    target: float
+    rise_limit: float
+    fall_limit: float
+    jerk: float
+    is_held: bool
+    """The reference stays as it is: a limit is 0 (XGV-70), or the command is not usable."""
+
+
+class Orders(NamedTuple):
+    """The setpoints of one slot."""
+
+    longitudinal: int
+    """``actuation.Longitudinal``."""
+    lateral: int
+    """``actuation.Lateral``."""
+    follows_speed: bool
+    follows_curvature: bool
+    speed: Profile
+    curvature: Profile
+    throttle: float
+    """Share, 0 to 1."""
+    brake: float
+    """Share, 0 to 1."""
+    steer_rad: float
+    """NaN where it is not usable."""
+
+
+@inlinable
+def orders_of(setpoints: Setpoints, slot: int) -> Orders:
+    """Return the orders of a slot; bad numbers become a held reference, a released pedal, a still wheel."""
+    longitudinal, lateral = int(setpoints.longitudinal[slot]), int(setpoints.lateral[slot])
+    is_stopping = longitudinal == Longitudinal.CONTROLLED_STOP
+    return Orders(
+        longitudinal,
+        lateral,
+        longitudinal == Longitudinal.CLOSED_LOOP or is_stopping,
+        lateral == Lateral.CLOSED_LOOP,
+        _stop_profile(setpoints.decel_limit_mps2[slot])
+        if is_stopping
+        else _profile(
+            setpoints.target_speed_mps[slot],
+            setpoints.accel_limit_mps2[slot],
+            setpoints.decel_limit_mps2[slot],
+            setpoints.jerk_limit_mps3[slot],
+            MAX_SPEED_MPS,
+            MIN_ACCEL_MPS2,
+            MAX_ACCEL_MPS2,
+        ),
+        _profile(
+            setpoints.target_curvature_per_m[slot],
+            setpoints.curvature_rate_limit_per_m_s[slot],
+            setpoints.curvature_rate_limit_per_m_s[slot],
+            setpoints.curvature_jerk_limit_per_m_s2[slot],
+            MAX_CURVATURE_PER_M,
+            MIN_CURVATURE_RATE_PER_M_S,
+            MAX_CURVATURE_RATE_PER_M_S,
+        ),
+        _effort(setpoints.throttle[slot]),
+        _effort(setpoints.brake[slot]),
+        setpoints.steer_rad[slot] if math.isfinite(setpoints.steer_rad[slot]) else math.nan,
+    )
+
+
+@inlinable
+def _stop_profile(decel_limit_mps2: float) -> Profile:
+    decel = stop_decel_mps2(decel_limit_mps2)
+    return Profile(0.0, decel, decel, math.inf, False)
+
+
+@inlinable
+def _profile(
+    target: float, rise: float, fall: float, jerk: float, farthest: float, lowest: float, highest: float
+) -> Profile:
+    is_held = rise == 0.0 or fall == 0.0 or not are_usable(target, rise, fall, jerk)
+    return Profile(
+        clipped(target, -farthest, farthest),
+        clipped(rise, lowest, highest),
+        clipped(fall, lowest, highest),
+        clipped_jerk(jerk),
+        is_held,
+    )
+
+
+@inlinable
+def _effort(share: float) -> float:
+    return clipped(share, 0.0, 1.0) if math.isfinite(share) else 0.0

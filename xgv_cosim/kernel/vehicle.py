@@ -1,0 +1,80 @@
+"""One slot's parameters as scalars, and what follows from them for all ticks of a step.
+
+Inside the compiled loop only scalars are passed on: handing whole columns from function to function
+would count references to each of them, which costs a hundred times what the loop does.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from xgv_cosim.jit import inlinable
+from xgv_cosim.parameters import ParameterColumns
+from xgv_cosim.plant.actuators import lag_share
+
+if TYPE_CHECKING:
+    from xgv_cosim.parameters import VehicleParameters
+
+
+class Lags(NamedTuple):
+    """Shares of first-order lags in one tick, and by how much a pedal's command leads over its lag."""
+
+    throttle: float
+    brake: float
+    steer: float
+    throttle_lead: float
+    brake_lead: float
+
+
+@inlinable
+def lags_of(vehicle: VehicleParameters, dt: float) -> Lags:
+    """Return the lags of a vehicle for ticks of ``dt``; a lead of 1 leaves the actuator its own lag."""
+    throttle, brake = lag_share(vehicle.throttle_lag_s, dt), lag_share(vehicle.brake_lag_s, dt)
+    response = lag_share(vehicle.speed_response_s, dt)
+    steer = lag_share(vehicle.steer_lag_s, dt)
+    return Lags(throttle, brake, steer, max(1.0, response / throttle), max(1.0, response / brake))
+
+
+@inlinable
+def vehicle_of(columns: ParameterColumns, slot: int) -> VehicleParameters:
+    """Return the parameters of a slot.
+
+    To the compiler it is a tuple of numbers named like the columns, because it knows no dataclass; to
+    a reader and to mypy it is a ``VehicleParameters``. A test holds both lists of names together.
+    """
+    return ParameterColumns(  # type: ignore[return-value]
+        columns.wheelbase_m[slot],  # type: ignore[arg-type]
+        columns.front_overhang_m[slot],  # type: ignore[arg-type]
+        columns.mass_kg[slot],  # type: ignore[arg-type]
+        columns.max_curvature_per_m[slot],  # type: ignore[arg-type]
+        columns.max_curvature_rate_per_m_s[slot],  # type: ignore[arg-type]
+        columns.max_curvature_jerk_per_m_s2[slot],  # type: ignore[arg-type]
+        columns.max_accel_mps2[slot],  # type: ignore[arg-type]
+        columns.max_decel_mps2[slot],  # type: ignore[arg-type]
+        columns.max_jerk_mps3[slot],  # type: ignore[arg-type]
+        columns.throttle_dead_band[slot],  # type: ignore[arg-type]
+        columns.throttle_lag_s[slot],  # type: ignore[arg-type]
+        columns.max_drive_force_n[slot],  # type: ignore[arg-type]
+        columns.max_drive_power_w[slot],  # type: ignore[arg-type]
+        columns.creep_accel_mps2[slot],  # type: ignore[arg-type]
+        columns.creep_speed_mps[slot],  # type: ignore[arg-type]
+        columns.brake_lag_s[slot],  # type: ignore[arg-type]
+        columns.max_brake_decel_mps2[slot],  # type: ignore[arg-type]
+        columns.friction[slot],  # type: ignore[arg-type]
+        columns.min_lateral_grip[slot],  # type: ignore[arg-type]
+        columns.rolling_resistance[slot],  # type: ignore[arg-type]
+        columns.drag_area_m2[slot],  # type: ignore[arg-type]
+        columns.air_density_kg_per_m3[slot],  # type: ignore[arg-type]
+        columns.max_steer_rad[slot],  # type: ignore[arg-type]
+        columns.max_steer_rate_rad_s[slot],  # type: ignore[arg-type]
+        columns.steer_lag_s[slot],  # type: ignore[arg-type]
+        columns.understeer_rad_s2_per_m[slot],  # type: ignore[arg-type]
+        columns.yaw_lag_s2_per_m[slot],  # type: ignore[arg-type]
+        columns.released_steering_self_aligns[slot],  # type: ignore[arg-type]
+        columns.self_align_distance_m[slot],  # type: ignore[arg-type]
+        columns.speed_gain_per_s[slot],  # type: ignore[arg-type]
+        columns.speed_integral_gain_per_s2[slot],  # type: ignore[arg-type]
+        columns.speed_response_s[slot],  # type: ignore[arg-type]
+        columns.pedal_band_mps2[slot],  # type: ignore[arg-type]
+        columns.standstill_brake[slot],  # type: ignore[arg-type]
+    )
