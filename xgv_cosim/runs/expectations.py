@@ -27,6 +27,7 @@ STANDSTILL_HELD_S = 0.5
 """A vehicle stands when it has been that slow for this long."""
 _TOLERANCE_S = 1e-6
 """Far below the control tick; forgives the rounding of times."""
+_NO_MOTION = "nothing was recorded of its motion"
 
 
 class Outcome(StrEnum):
@@ -42,7 +43,8 @@ class Outcome(StrEnum):
 class VehicleFacts:
     """What one bound vehicle did; measured values, all times since the start of the run.
 
-    ``speed_mps``, ``gap_ahead_m`` and ``gap_behind_m`` belong to ``t_s``, shape ``(k,)``, ascending.
+    ``speed_mps``, ``gap_ahead_m`` and ``gap_behind_m`` belong to ``t_s``, shape ``(k,)``, ascending;
+    they may be empty where only modes are known.
     """
 
     t_s: FloatColumn
@@ -153,9 +155,9 @@ def _facts_of(row: ExpectationSection, facts: RunFacts) -> VehicleFacts:
 
 
 def _left_early(vehicle: VehicleFacts, at_s: float, facts: RunFacts) -> str | None:
-    """Return a text for a vehicle that was gone at ``at_s``, judged by its samples and the run's end."""
+    """Return a text for a vehicle that was gone at ``at_s``, as far as its samples show it."""
     if vehicle.t_s.size == 0:
-        return "it was bound but never moved a step"
+        return None
     step_s = float(np.median(np.diff(vehicle.t_s))) if vehicle.t_s.size > 1 else facts.end_s - vehicle.t_s[0]
     last_s = float(vehicle.t_s[-1])
     gone = min(at_s, facts.end_s) > last_s + step_s + _TOLERANCE_S
@@ -216,14 +218,26 @@ def _when_in_force(spans: Sequence[tuple[float, str]], mode: str | None, end_s: 
 
 def _standstill(row: ExpectationSection, facts: RunFacts) -> tuple[Outcome, str]:
     vehicle = _facts_of(row, facts)
+    if vehicle.t_s.size == 0:
+        return Outcome.FAILED, _NO_MOTION
     slow = np.abs(vehicle.speed_mps) < STANDSTILL_MPS
     if row.by_s is None:
-        moving = vehicle.t_s[~slow]
-        if moving.size:
-            speed_mps = float(vehicle.speed_mps[~slow][0])
-            return Outcome.FAILED, f"{speed_mps:.2f} m/s at {_time(float(moving[0]))}"
-        return (Outcome.OK, "stood throughout") if slow.size else (Outcome.FAILED, "it never moved a step")
-    at_s = min(row.by_s, facts.end_s)
+        return _standstill_always(vehicle, slow)
+    return _standstill_at(row, row.by_s, facts, slow)
+
+
+def _standstill_always(vehicle: VehicleFacts, slow: BoolColumn) -> tuple[Outcome, str]:
+    if slow.all():
+        return Outcome.OK, "stood throughout"
+    first = int(np.argmin(slow))
+    return Outcome.FAILED, f"{vehicle.speed_mps[first]:.2f} m/s at {_time(float(vehicle.t_s[first]))}"
+
+
+def _standstill_at(
+    row: ExpectationSection, by_s: float, facts: RunFacts, slow: BoolColumn
+) -> tuple[Outcome, str]:
+    vehicle = _facts_of(row, facts)
+    at_s = min(by_s, facts.end_s)
     left = _left_early(vehicle, at_s, facts)
     if left is not None:
         return Outcome.FAILED, left

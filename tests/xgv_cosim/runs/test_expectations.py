@@ -243,6 +243,18 @@ def test_a_run_cut_short_says_what_it_can(row, expected):
         assert "the run ended at 25 s" in text
 
 
+def test_without_samples_modes_are_judged_and_motion_is_not():
+    bare = VehicleFacts(*[np.zeros(0)] * 4, [0.0, 20.0], ["drive_by_wire", "estop_pause"])
+    facts = RunFacts(60.0, 60.0, {"xgv_2": bare})
+    assert outcome(facts, vehicle="xgv_2", mode="estop_pause", by_s=30.0)[0] is Outcome.OK
+    assert outcome(facts, vehicle="xgv_2", mode="drive_by_wire", by_s=30.0)[0] is Outcome.FAILED
+    for when in ({"by_s": 30.0}, {"always": True}):
+        result, text = outcome(facts, vehicle="xgv_2", standstill=True, **when)
+        assert (result, text.rpartition(": ")[2]) == (Outcome.FAILED, "nothing was recorded of its motion")
+    result, text = outcome(facts, vehicle="xgv_2", min_gap_m=1.0, always=True)
+    assert (result, text.rpartition(": ")[2]) == (Outcome.FAILED, "no gap was measured")
+
+
 def test_results_come_in_order_and_read_as_sentences():
     rows = [
         ExpectationSection(vehicle="xgv_2", mode="estop_pause", by_s=20.1),
