@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import typer
 
+from jaus.address import ComponentId, JausAddress
+from jaus.component import ComponentStatus
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.cli.app import app
 from xgv_cosim.commands import CommandKind
@@ -46,11 +48,14 @@ _LIVE_COMMANDS = (
     ("none", ControlMode.MOTION_PROFILES, CommandKind.NONE),
 )
 
-_CONTROL_ROWS = (
-    ("a client", "nobody", "wrench efforts", "the Primitive Driver is ready"),
-    ("the Motion Profile Driver", "a client", "motion profiles", "both drivers are ready"),
-    ("nobody", "nobody", "software pause", "never"),
-    ("any other combination", "", "software pause", "never"),
+_CLIENT = JausAddress(1, 2, 4, 1)
+_MPD = JausAddress(1, 1, ComponentId.MOTION_PROFILE_DRIVER, 1)
+
+# The three configurations of figure A: holders of Primitive Driver and Motion Profile Driver.
+_CONFIGURATIONS = (
+    ("a client", _CLIENT, "nobody", None),
+    ("the Motion Profile Driver", _MPD, "a client", _CLIENT),
+    ("nobody", None, "nobody", None),
 )
 
 
@@ -79,7 +84,7 @@ def sections(settings: XgvSettings) -> list[Section]:
         Section(
             "Control mode and ready mode: who controls which driver",
             ("Primitive Driver", "Motion Profile Driver", "control mode", "ready when"),
-            list(_CONTROL_ROWS),
+            _control_rows(settings),
         ),
         Section(
             "Safety mode: the first line that applies",
@@ -94,6 +99,26 @@ def sections(settings: XgvSettings) -> list[Section]:
     ]
 
 
+def _control_rows(settings: XgvSettings) -> list[tuple[str, ...]]:
+    both = settings.control_mode_both_clients
+    rows: list[tuple[str, ...]] = []
+    for pd_words, pd_controller, mpd_words, mpd_controller in _CONFIGURATIONS:
+        mode = rules.resolve_control_mode(pd_controller, mpd_controller, mpd_address=_MPD, both_clients=both)
+        rows.append((pd_words, mpd_words, mode_words(mode), _ready_when(mode)))
+    rows.append(("in all other cases", "", mode_words(ControlMode.SOFTWARE_PAUSE), "never"))
+    return rows
+
+
+def _ready_when(mode: ControlMode) -> str:
+    """Return which components have to be ready, asked of the rule itself."""
+    ready, standby = ComponentStatus.READY, ComponentStatus.STANDBY
+    if rules.resolve_ready_mode(mode, ready, standby) is ReadyMode.READY:
+        return "the Primitive Driver is ready"
+    if rules.resolve_ready_mode(mode, ready, ready) is ReadyMode.READY:
+        return "both drivers are ready"
+    return "never"
+
+
 def _cause_row(words: str, devices: int, software_ready: bool, active: bool) -> tuple[str, ...]:
     mode = rules.resolve_safety_mode(devices, software_ready=software_ready, active=active)
     code = str(int(mode)) if mode is not SafetyMode.INACTIVE else "none (silent)"
@@ -102,7 +127,7 @@ def _cause_row(words: str, devices: int, software_ready: bool, active: bool) -> 
 
 def _axis_rows(settings: XgvSettings) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
-    for mode in sorted(SafetyMode, key=lambda mode: mode or len(rules.SafetyMode) * 2):
+    for mode in sorted(SafetyMode, key=_precedence):
         answers = [
             (words, _axis_words(mode, control, kind, settings)) for words, control, kind in _LIVE_COMMANDS
         ]
@@ -110,6 +135,10 @@ def _axis_rows(settings: XgvSettings) -> list[tuple[str, ...]]:
             answers = [("any or none", answers[0][1])]
         rows += [(mode_words(mode), words, *answer) for words, answer in answers]
     return rows
+
+
+def _precedence(mode: SafetyMode) -> int:
+    return max(SafetyMode) + 1 if mode is SafetyMode.INACTIVE else mode
 
 
 def _axis_words(
@@ -183,14 +212,15 @@ def _print_lines(page: list[Section]) -> None:
 
 
 def _print_tables(page: list[Section]) -> None:
-    from rich.console import Console  # noqa: PLC0415 - heavy to import, and only a terminal needs it
+    from rich import box  # noqa: PLC0415 - heavy to import, and only a terminal needs it
+    from rich.console import Console  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
 
     console = Console()
     for section in page:
-        table = Table(title=section.title, title_justify="left", header_style="bold")
+        table = Table(title=section.title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
         for name in section.header:
             table.add_column(name, overflow="fold")
         for row in section.rows:
             table.add_row(*row)
-        console.print(table, "")
+        console.print(table)
