@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,11 @@ import sumo_scenarios
 from xgv_cosim.errors import ReplayError
 from xgv_cosim.recording import LOCK, write_whole_file
 from xgv_cosim.runs.versions import recorded_versions
+from xgv_cosim.scenario.files import input_files
 from xgv_cosim.scenario.loading import scenario_from_mapping
 from xgv_cosim.scenario.model import Scenario
 
 SCHEMA = "xgv-cosim/lock/1"
-_FILE_OPTIONS = frozenset({"net-file", "route-files", "additional-files"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,25 +32,11 @@ class Lock:
     """Input files that are no longer what they were when the run was made."""
 
 
-def input_files(scenario: Scenario) -> list[Path]:
-    """Return the SUMO configuration and the files that it names, those that exist."""
-    config = scenario.source.resolve(scenario.world.sumo.config)
-    files = [config]
-    try:
-        root = ET.parse(config).getroot()  # noqa: S314 - the user's own SUMO input
-    except (OSError, ET.ParseError):
-        return [path for path in files if path.is_file()]
-    for element in root.iter():
-        if element.tag in _FILE_OPTIONS:
-            names = element.get("value", "").split(",")
-            files += [(config.parent / name.strip()).resolve() for name in names if name.strip()]
-    return [path for path in files if path.is_file()]
-
-
 def write_lock(scenario: Scenario, folder: Path) -> None:
     """Write the lock file of a run.
 
     Raises:
+        ScenarioError: An input file is not there.
         OSError: It cannot be written.
     """
     home = scenario.source.folder

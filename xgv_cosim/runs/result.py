@@ -44,6 +44,8 @@ class RunOutcome:
     error: str = ""
     num_steps: int = 0
     wall_s: float = 0.0
+    notes: tuple[str, ...] = ()
+    """The traffic engine's own warnings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +102,7 @@ def result_of(
         "expectations": [
             {"text": row.expected, "status": row.outcome.value, "detail": row.seen} for row in expectations
         ],
+        "notes": list(outcome.notes),
         "assumptions": assumption_rows(scenario, events),
     }
     return RunResult(folder, status, data)

@@ -14,6 +14,7 @@ from xgv_cosim.recording.disk import fail
 from xgv_cosim.runs.lock import write_lock
 from xgv_cosim.runs.result import RunOutcome, RunResult, RunStatus, result_of, write_result
 from xgv_cosim.scenario.building import build, named_vehicles, profile_of
+from xgv_cosim.scenario.files import require_files
 from xgv_cosim.scenario.model import Scenario
 from xgv_cosim.simulation import Simulation
 
@@ -40,6 +41,7 @@ def run_scenario(
         RecordingError: The folder cannot be written. In all three cases what was recorded until then is
             written, ``result.json`` with status ``error`` included.
     """
+    require_files(scenario)
     prepare_run_folder(folder)
     try:
         write_lock(scenario, folder)
@@ -53,7 +55,10 @@ def run_scenario(
     try:
         with build(scenario, (recorder, watch)) as simulation:
             recorder.use_road(simulation.world.road)
-            _advance(simulation, scenario, wanted, outcome, progress)
+            try:
+                _advance(simulation, scenario, wanted, outcome, progress)
+            finally:
+                outcome.notes = simulation.world.messages
     except KeyboardInterrupt:
         outcome.status = RunStatus.INTERRUPTED
     except XgvCosimError as error:

@@ -61,6 +61,18 @@ def require_files(scenario: Scenario) -> None:
         raise ScenarioError(f"{scenario.name}: files are missing", tuple(map(str, problems)))
 
 
+def input_files(scenario: Scenario) -> tuple[Path, ...]:
+    """Return the SUMO configuration and the files that it names, as absolute paths.
+
+    Raises:
+        ScenarioError: One is not there, or the configuration is not XML.
+    """
+    require_files(scenario)
+    config = scenario.source.resolve(scenario.world.sumo.config)
+    root = ET.parse(config).getroot()  # noqa: S314 - the user's own file, which SUMO reads next
+    return (config, *((config.parent / name).resolve() for name in _named_files(root)))
+
+
 def _named_files(root: ET.Element) -> list[str]:
     """Return the input files of a SUMO configuration, without addresses on the network."""
     values = [element.get("value", "") for element in root.iter() if element.tag in _FILE_OPTIONS]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from jaus.address import JausAddress
-from xgv_cosim.actuation import CouplingKind, Driver
+from xgv_cosim.actuation import CouplingKind, Driver, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.fleet import Fleet
@@ -38,8 +38,9 @@ def in_lane(state: RunState) -> BoolColumn:
     return column
 
 
-def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapshot) -> None:
-    """Bind the vehicles that have entered the world and that the selector names."""
+def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapshot) -> bool:
+    """Bind the vehicles that have entered the world and that the selector names; return whether any."""
+    before = len(state.fleet.bound_ids)
     for vehicle_id in snapshot.departed:
         row = snapshot.index_of.get(vehicle_id)
         if row is None or vehicle_id in state.vehicles:
@@ -47,6 +48,7 @@ def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapsh
         binding = selector(vehicle_id, snapshot.type_ids[row])
         if binding is not None:
             bind(state, world, snapshot, vehicle_id, binding)
+    return len(state.fleet.bound_ids) > before
 
 
 def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, binding: Binding) -> None:
@@ -100,6 +102,7 @@ def release(state: RunState, vehicle_id: str, why: str) -> None:
     if vehicle.link is not None:
         vehicle.link.close()
     state.fleet.vacate(vehicle_id)
+    state.released.add(vehicle_id)
     state.note(vehicle_id, "released", before=vehicle.binding.profile.name, reasons=(why,))
 
 
@@ -118,7 +121,10 @@ def fill_row(fleet: Fleet, slot: int, snapshot: Snapshot, row: int, binding: Bin
     fleet.partial_mode[slot] = binding.partial_mode
     fleet.driver[slot] = binding.driver
     fleet.driver_reaction_s[slot] = binding.driver_reaction_s
-    fleet.handed_over[slot] = binding.start is StartKind.COLD
+    cold = binding.start is StartKind.COLD
+    fleet.handed_over[slot] = cold
+    fleet.longitudinal[slot] = Longitudinal.HOLD if cold else Longitudinal.DRIVER
+    fleet.lateral[slot] = Lateral.FREE if cold else Lateral.DRIVER
     stop = binding.profile.stop_settings
     fleet.stop_decel_mps2[slot] = stop.decel_mps2
     fleet.stop_hold_brake[slot] = stop.hold_brake

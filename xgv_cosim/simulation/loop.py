@@ -57,7 +57,8 @@ class Simulation:
         self._selector = selector
         self._references = ReferenceGenerator()
         self.snapshot: Snapshot = world.start()
-        lifecycle.bind_new(self.state, world, self._selector, self.snapshot)
+        if lifecycle.bind_new(self.state, world, self._selector, self.snapshot):
+            self._resolve_modes()
 
     @property
     def fleet(self) -> Fleet:
@@ -92,7 +93,7 @@ class Simulation:
         commanding.receive(state)
         owners: tuple[BoolColumn, BoolColumn] | None = None
         while tick < end:
-            requests.apply_scheduled(state, tick)
+            requests.apply_scheduled(state, self.world, tick)
             commanding.meet_deadlines(state)
             self._resolve_modes()
             owners = owners or exchange.computer_axes(fleet)  # the world changes owners at its own step
@@ -104,7 +105,8 @@ class Simulation:
         self._adopt(snapshot, *by_computer, heading_before_rad)
         reporting.note_world(state, snapshot)
         lifecycle.release_gone(state, self.world, snapshot)
-        lifecycle.bind_new(state, self.world, self._selector, snapshot)
+        if lifecycle.bind_new(state, self.world, self._selector, snapshot):
+            self._resolve_modes()  # so that a new vehicle has its modes before anybody looks
         views.send_observations(state, snapshot, self.world.road)
         state.journal.step_done(clock.tick, fleet, snapshot)
         return snapshot

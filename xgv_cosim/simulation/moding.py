@@ -38,7 +38,15 @@ def resolve(fleet: Fleet, groups: Iterable[tuple[VehicleProfile, IntColumn]]) ->
         fleet.safety_devices, fleet.control_mode, fleet.ready_mode, fleet.partial_mode, fleet.command.kind
     )
     for profile, slots in groups:
-        part = profile.resolve(ModeInputs(*(column[slots] for column in inputs)))
+        part = profile.resolve(
+            ModeInputs(
+                inputs.safety_devices[slots],
+                inputs.control_mode[slots],
+                inputs.ready_mode[slots],
+                inputs.partial_mode[slots],
+                inputs.command_kind[slots],
+            )
+        )
         for whole, column in zip(answer, part, strict=True):
             whole[slots] = column
     return answer
@@ -51,8 +59,8 @@ def _released_since(released: BoolColumn, since_s: FloatColumn, now_s: float) ->
 def _has_driver(fleet: Fleet, engaged: BoolColumn, since_s: FloatColumn, now_s: float) -> BoolColumn:
     """Return who of those released has a driver by now (XGV-64)."""
     reacted = engaged | (now_s - since_s >= fleet.driver_reaction_s - 1e-9)
-    rider: BoolColumn = (fleet.driver == Driver.RIDER) & reacted
-    return (fleet.driver == Driver.WORLD) | rider
+    present: BoolColumn = (fleet.driver == Driver.WORLD) | ((fleet.driver == Driver.RIDER) & reacted)
+    return present
 
 
 def take_axes(fleet: Fleet, answer: Resolution, now_s: float) -> AxisModes:

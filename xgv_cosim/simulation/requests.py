@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
+
 from xgv_cosim.clock import tick_at_or_after
+from xgv_cosim.errors import UnknownVehicleError
 from xgv_cosim.injection import InjectionKind
 from xgv_cosim.simulation import commanding
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.devices import OPERATOR, Edge
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.vehicles.base import InjectionEffect
+from xgv_cosim.worlds.base import World
 
 
 def apply_requests(state: RunState) -> None:
@@ -32,12 +36,23 @@ PARTIAL_NAMES = ("full", "manual_steering", "manual_speed", "both_manual")
 """Names of the partial mode bits (XGV-51)."""
 
 
-def apply_scheduled(state: RunState, tick: int) -> None:
-    """Apply the injections whose edge lies on ``tick`` (XGV-71)."""
+def apply_scheduled(state: RunState, world: World, tick: int) -> None:
+    """Apply the injections whose edge lies on ``tick`` (XGV-71).
+
+    Raises:
+        UnknownVehicleError: An injection names a vehicle that the world has never heard of.
+    """
     if not state.devices.ticks_between(tick, tick + 1):
         return
     bound = [(vehicle.vehicle_id, vehicle.type_id) for vehicle in state.vehicles]
-    apply_edges(state, state.devices.due(tick, bound))
+    edges = state.devices.due(tick, bound)
+    for edge in edges:
+        name = edge.vehicle_id
+        if name not in state.vehicles and name not in state.released and not world.knows(name):
+            near = get_close_matches(name, state.fleet.bound_ids, 1)
+            hint = f"(injection {edge.kind.value} at {state.now_s:g} s names it{f'; did you mean {near[0]!r}?' if near else ''})"
+            raise UnknownVehicleError(name, state.fleet.bound_ids, hint)
+    apply_edges(state, edges)
 
 
 def next_edge(state: RunState, tick: int, end: int) -> int:

@@ -23,6 +23,8 @@ class RunState:
     devices: Devices
     fleet: Fleet = field(default_factory=Fleet)
     vehicles: BoundVehicles = field(default_factory=BoundVehicles)
+    released: set[str] = field(default_factory=set)
+    """Vehicles that were bound once and are no longer."""
     requested: list[Edge] = field(default_factory=list)
     """Operators' requests, applied at the start of the next step."""
     partial_requested: list[tuple[str, int]] = field(default_factory=list)

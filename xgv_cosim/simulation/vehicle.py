@@ -102,5 +102,5 @@ class VehicleHandle:
             raise ScenarioError(f"partial mode: got {mode!r}, expected one of {', '.join(PARTIAL_NAMES[:3])}")
         bits = PARTIAL_NAMES.index(mode)
         vehicle = self._state.vehicle(self.vehicle_id)
-        vehicle.binding.profile.validate_partial(bits, vehicle.binding.driver)
+        vehicle.binding.profile.validate_partial_mode(bits, vehicle.binding.driver)
         self._state.partial_requested.append((self.vehicle_id, bits))

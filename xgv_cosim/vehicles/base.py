@@ -115,7 +115,7 @@ class VehicleProfile(Protocol):
         """Return modes and axis control for all slots by table look-up."""
         ...
 
-    def validate_partial(self, bits: int, driver: Driver) -> None:
+    def validate_partial_mode(self, bits: int, driver: Driver) -> None:
         """Refuse a partial mode that makes no sense for this profile (XGV-41).
 
         Raises:

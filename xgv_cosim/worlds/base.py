@@ -39,6 +39,15 @@ class World(Protocol):
         """Return the lanes; valid after ``start``."""
         ...
 
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """Return the engine's own warnings so far, oldest first; kept after ``close``."""
+        ...
+
+    def knows(self, vehicle_id: str) -> bool:
+        """Return whether the vehicle is in the world, or known to come."""
+        ...
+
     def start(self) -> Snapshot:
         """Open the world and return its state before the first step.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.parsers import expat  # no entity is expanded from outside; the files are the user's own
 
-from xgv_cosim.errors import WorldError
+from xgv_cosim.errors import WorldConfigurationError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -64,6 +64,6 @@ def _parse(file: Path, start_element: Callable[[str, dict[str, str]], None] | No
         with opener(file, "rb") as stream:
             parser.ParseFile(stream)
     except expat.ExpatError as error:
-        raise WorldError(f"SUMO input file {file} is not well-formed XML: {error}") from error
+        raise WorldConfigurationError(f"SUMO input file {file} is not well-formed XML: {error}") from error
     except OSError as error:
-        raise WorldError(f"SUMO input file {file} cannot be read: {error}") from error
+        raise WorldConfigurationError(f"SUMO input file {file} cannot be read: {error}") from error

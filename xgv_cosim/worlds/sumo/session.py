@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from xgv_cosim.errors import WorldError
+from xgv_cosim.errors import WorldConfigurationError, WorldError
 from xgv_cosim.worlds.sumo.inputs import check_inputs
 from xgv_cosim.worlds.sumo.libraries import load_libsumo
 
@@ -112,7 +112,7 @@ class Session:
                 kept.seek(0)
                 said = kept.read().decode(errors="replace")
                 self._folder.cleanup()
-                raise WorldError(
+                raise WorldConfigurationError(
                     f"SUMO cannot start {self.config_file}: {_sentence(str(error), said)}"
                 ) from error
             kept.seek(0)

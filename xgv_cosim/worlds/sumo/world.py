@@ -71,6 +71,16 @@ class SumoWorld:
         self._snapshot = self._reader.read(())
         return self._snapshot
 
+    def knows(self, vehicle_id: str) -> bool:
+        """Return whether SUMO has the vehicle, or has read it from its demand for later.
+
+        SUMO reads its demand ahead by ``--route-steps`` (200 s unless told).
+
+        Raises:
+            WorldError: The world is closed.
+        """
+        return vehicle_id in self._open().libsumo.vehicle.getLoadedIDList()
+
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Take a vehicle of SUMO into the placement from the next step on.
 
@@ -90,11 +100,14 @@ class SumoWorld:
         Raises:
             WorldError: The vehicle drives in SUMO but is not bound.
         """
-        self._open()
-        if vehicle_id in self._bindings.bound:
-            self._bindings.give_back(vehicle_id)
-        elif vehicle_id in self._snapshot.index_of:
+        libsumo = self._open().libsumo
+        here = vehicle_id in self._snapshot.index_of
+        if vehicle_id not in self._bindings.bound and here:
             raise WorldError(f"vehicle {vehicle_id!r} is not bound")
+        if here or vehicle_id in libsumo.vehicle.getTeleportingIDList():
+            self._bindings.give_back(vehicle_id)
+        else:
+            self._bindings.forget(vehicle_id)
 
     def set_coupling(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Choose how a bound vehicle is written into SUMO from the next step on.
