@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import jinja2
+import numpy as np
 
 from xgv_cosim.errors import RecordingError
 from xgv_cosim.recording import REPORT, Trajectory, write_whole_file
@@ -72,6 +73,7 @@ def _content(run: RunData) -> dict[str, Any]:
     road = along_road(track) if track is not None else None
     injected = run.injected
     tone, headline = verdict(run)
+    expectations = run.result.get("expectations") or []
     ledger = list(run.result.get("assumptions", []))
     defaults = dict.fromkeys(("description", "error", "notes", "expectations", "collisions", "teleports"))
     return {
@@ -87,7 +89,8 @@ def _content(run: RunData) -> dict[str, Any]:
         "time_space": _overview(track, road, injected),
         "axis_note": _axis_note(road),
         "any_bound": track is not None and bool(track.bound.any()),
-        "held": HELD,
+        "held": [row for row in expectations if row["status"] in HELD],
+        "not_held": [row for row in expectations if row["status"] not in HELD],
         "legend": LEGEND,
         "timeline": mode_timeline(run, injected),
         "vehicles": [_vehicle(run, track, road, vehicle) for vehicle in injected[:MOST_PICTURED]],
@@ -158,7 +161,7 @@ def _close_up(run: RunData, track: Trajectory, road: AlongRoad, vehicle: Injecte
         return None
     distance_m = road.distance_m[rows][shown]
     after = shown & (track.time_s[rows] >= vehicle.first_s)
-    lane = int(road.lane_index[rows][after if after.any() else shown][0])
+    lane = int(np.bincount(road.lane_index[rows][after if after.any() else shown]).argmax())
     event_m = float(road.distance_m[rows][after if after.any() else shown][0])
     low = max(0.0, min(float(distance_m.min()), event_m - CLOSE_UP_BEHIND_M))
     high = min(float(distance_m.max()), event_m + 2.0 * CLOSE_UP_BEHIND_M) + CLOSE_UP_AHEAD_M
@@ -170,6 +173,7 @@ def _close_up(run: RunData, track: Trajectory, road: AlongRoad, vehicle: Injecte
         Window(from_s, to_s, low, high),
         description=f"time-space diagram around {vehicle.vehicle_id}",
         panel_height_in=3.4,
+        close_up=True,
     )
 
 
@@ -206,7 +210,7 @@ def _metric_tables(injected: tuple[Injected, ...]) -> list[dict[str, Any]]:
         for metric in METRICS:
             values = [vehicle.metrics.get(metric.key) for vehicle in group]
             if any(value is not None for value in values):
-                cells = [number(value, metric.digits, metric.unit) for value in values]
+                cells = [metric.cell(value) for value in values]
                 rows.append({"name": metric.name, "help": metric.help, "cells": cells})
         modes = list(dict.fromkeys(name for v in group for name in v.metrics.get("time_in_mode_s") or {}))
         for name in modes:

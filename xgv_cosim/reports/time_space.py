@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -16,7 +17,7 @@ from matplotlib.colors import Colormap, ListedColormap, Normalize
 
 from xgv_cosim.recording import Trajectory
 from xgv_cosim.reports.along_road import AlongRoad
-from xgv_cosim.reports.canvas import as_png, drawing, new_figure, tidy
+from xgv_cosim.reports.canvas import as_png, drawing, stacked, tidy
 from xgv_cosim.reports.palette import INK, mode_style
 from xgv_cosim.reports.run_data import Injected
 from xgv_cosim.reports.wording import injection_name
@@ -58,28 +59,42 @@ def time_space(
     *,
     description: str,
     panel_height_in: float = 2.9,
+    close_up: bool = False,
 ) -> Markup:
-    """Draw one diagram per lane below each other, time to the right and distance up."""
+    """Draw one diagram per lane below each other, time to the right and distance up.
+
+    A close-up also shows, dotted, where the injected vehicles were while in another lane.
+    """
     fastest_mps = float(np.nanmax(track["measured_speed"])) if track.num_rows else 1.0
     norm = Normalize(0.0, max(5.0, fastest_mps))
     with drawing(description):
-        figure = new_figure(10.6, 0.7 + panel_height_in * len(lanes))
-        panels = figure.subplots(len(lanes), 1, sharex=True, squeeze=False)[:, 0]
+        figure, panels = stacked(
+            [panel_height_in] * len(lanes),
+            gap_in=0.34,
+            left_in=0.62,
+            right_in=0.95,
+            top_in=0.28,
+            bottom_in=0.5,
+        )
         for axes, lane in zip(panels, lanes, strict=True):
             tidy(axes)
             axes.set_xlim(window.from_s, window.to_s)
             axes.set_ylim(window.from_m, window.to_m)
             axes.set_ylabel("distance along the road, m")
-            axes.set_title(_lane_title(lane, lanes), loc="left", color=INK, weight="bold")
+            axes.set_title(_lane_title(lane, lanes_of(road)), loc="left", color=INK, weight="bold")
+            if axes is not panels[-1]:
+                axes.tick_params(labelbottom=False)
+            if close_up:
+                _draw_elsewhere(axes, track, road, lane, injected)
             _draw_lane(axes, track, road, lane, {row.vehicle_id for row in injected}, norm, window)
-        panels[-1].set_xlabel("time since the start of the run, s")
-        figure.canvas.draw()  # places the panels, which the labels need to know
-        for axes, lane in zip(panels, lanes, strict=True):
             _mark_injections(axes, track, road, lane, injected, window)
-        bar = figure.colorbar(ScalarMappable(norm, speed_colours()), ax=list(panels), pad=0.012, aspect=32)
+        panels[-1].set_xlabel("time since the start of the run, s")
+        first, last = panels[0].get_position(), panels[-1].get_position()
+        scale = figure.add_axes((first.x1 + 0.015, last.y0, 0.016, first.y1 - last.y0))
+        bar = figure.colorbar(ScalarMappable(norm, speed_colours()), cax=scale)
         bar.set_label("speed, m/s")
         bar.outline.set_visible(False)
-        bar.ax.tick_params(length=0)
+        scale.tick_params(length=0)
         return as_png(figure, description)
 
 
@@ -106,7 +121,7 @@ def _draw_lane(
     )
     special = np.array([name in injected for name in track.vehicle_ids] or [False])[track.vehicle]
     styles = (
-        (in_window & ~track.bound, 0.7, 0.8, 2.0, False),
+        (in_window & ~track.bound, 0.8, 0.45, 2.0, False),
         (in_window & track.bound & ~special, 1.7, 1.0, 3.0, False),
         (in_window & special, 2.4, 1.0, 5.0, True),
     )
@@ -121,11 +136,12 @@ def _draw_lane(
             axes.add_collection(
                 LineCollection(list(segments), colors=INK, linewidths=4.2, zorder=order - 0.4)
             )
-        lines = LineCollection(
-            list(segments), cmap=speed_colours(), norm=norm, linewidths=width, alpha=alpha, zorder=order
+        slow_last = np.argsort(-speeds)
+        colours = speed_colours()(norm(speeds[slow_last]))
+        colours[:, 3] = 1.0 - (1.0 - alpha) * np.clip(norm(speeds[slow_last]), 0.0, 1.0)
+        axes.add_collection(
+            LineCollection(list(segments[slow_last]), colors=colours, linewidths=width, zorder=order)
         )
-        lines.set_array(speeds)
-        axes.add_collection(lines)
 
 
 def _segments(
@@ -159,7 +175,7 @@ def _mark_injections(
             continue
         time_s, distance_m, lanes = track.time_s[rows], road.distance_m[rows], road.lane_index[rows]
         for injection in vehicle.injections:
-            colour = mode_style(_mode_at(vehicle, float(injection["at_s"]) + 0.05)).colour
+            colour = mode_style(_mode_brought(vehicle, injection)).colour
             for at_s, shape in ((injection["at_s"], "v"), (injection.get("end_s"), "^")):
                 if at_s is None or not len(time_s) or not time_s[0] <= at_s <= time_s[-1] + GAP_S:
                     continue
@@ -179,9 +195,24 @@ def _mark_injections(
                     _label(axes, float(at_s), float(distance_m[row]), text, taken)
 
 
-def _mode_at(vehicle: Injected, t_s: float) -> str:
-    before = [row for row in vehicle.modes if row["t_s"] <= t_s]
-    return str(before[-1]["safety_mode"]) if before else ""
+def _draw_elsewhere(
+    axes: Axes, track: Trajectory, road: AlongRoad, lane: int, injected: Sequence[Injected]
+) -> None:
+    """Dot the path of the injected vehicles while they drive in another lane."""
+    for vehicle in injected:
+        rows = track.rows_of.get(vehicle.vehicle_id, slice(0, 0))
+        elsewhere = np.where(road.lane_index[rows] == lane, np.nan, road.distance_m[rows])
+        axes.plot(track.time_s[rows], elsewhere, color=INK, lw=1.3, ls=(0, (1.2, 1.8)), zorder=4.0)
+
+
+def _mode_brought(vehicle: Injected, injection: Mapping[str, Any]) -> str:
+    """Return the safety mode that an injection led to, or the one that stayed in force."""
+    begin_s = float(injection["at_s"])
+    end_s = np.inf if injection.get("end_s") is None else float(injection["end_s"])
+    before = [str(row["safety_mode"]) for row in vehicle.modes if row["t_s"] < begin_s]
+    during = [str(row["safety_mode"]) for row in vehicle.modes if begin_s <= row["t_s"] < end_s]
+    changed = [name for name in during if not before or name != before[-1]]
+    return (changed[:1] or before[-1:] or [""])[0]
 
 
 def _label(

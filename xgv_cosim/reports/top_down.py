@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from xgv_cosim.recording import Trajectory
-from xgv_cosim.reports.canvas import as_svg, drawing, new_figure
+from xgv_cosim.reports.canvas import WIDTH_IN, as_svg, drawing, stacked
 from xgv_cosim.reports.palette import INK, mode_style
 from xgv_cosim.reports.run_data import Injected, Lane, RunData
 
@@ -21,6 +21,7 @@ BEHIND_M = 60.0
 BESIDE_M = 18.0
 """Most that is shown to each side; less where the road is narrower."""
 VERGE_M = 1.5
+SIDE_IN = 0.15
 ROAD = "#dfe3e8"
 ROAD_EDGE = "#8e97a3"
 OTHER = "#aab2bd"
@@ -60,12 +61,13 @@ def top_down(run: RunData, track: Trajectory, vehicle: Injected, moments: Sequen
     if not views:
         return None
     description = f"the road around {vehicle.vehicle_id} from above"
-    width_in = 10.6
     scenes = [_scene(run, track, row) for _, row in views]
-    heights_in = [width_in * (scene.high_m - scene.low_m) / (AHEAD_M + BEHIND_M) for scene in scenes]
+    inches_per_m = (WIDTH_IN - 2.0 * SIDE_IN) / (AHEAD_M + BEHIND_M)
+    heights_in = [(scene.high_m - scene.low_m) * inches_per_m for scene in scenes]
     with drawing(description):
-        figure = new_figure(width_in, 0.5 + sum(heights_in) + 0.3 * len(views))
-        panels = figure.subplots(len(views), 1, squeeze=False, height_ratios=heights_in)[:, 0]
+        figure, panels = stacked(
+            heights_in, gap_in=0.36, left_in=SIDE_IN, right_in=SIDE_IN, top_in=0.3, bottom_in=0.48
+        )
         for axes, (moment, row), scene in zip(panels, views, scenes, strict=True):
             _draw_view(axes, track, vehicle, moment, row, scene)
         for axes in panels[:-1]:
@@ -163,9 +165,9 @@ def run_mode(track: Trajectory, row: int) -> str:
 def _draw_lanes(axes: Axes, lanes: Sequence[tuple[Lane, Points]]) -> None:
     """Draw asphalt with a solid outer edge and broken lines between the lanes."""
     for lane, shape in lanes:
-        axes.add_patch(Polygon(_ribbon(shape, lane.width_m + 0.5), color=ROAD_EDGE, lw=0, zorder=1))
+        axes.add_patch(Polygon(_ribbon(shape, lane.width_m + 0.5), color=ROAD_EDGE, lw=0.8, zorder=1))
     for lane, shape in lanes:
-        axes.add_patch(Polygon(_ribbon(shape, lane.width_m), color=ROAD, lw=0, zorder=2))
+        axes.add_patch(Polygon(_ribbon(shape, lane.width_m), color=ROAD, lw=0.8, zorder=2))
     middles = [shape for _, shape in lanes]
     for lane, shape in lanes:
         for side in (-0.5, 0.5):

@@ -7,7 +7,7 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from xgv_cosim.recording import Trajectory
-from xgv_cosim.reports.canvas import as_svg, drawing, new_figure, tidy
+from xgv_cosim.reports.canvas import as_svg, drawing, stacked, tidy
 from xgv_cosim.reports.palette import (
     BRAKE,
     COMMANDED,
@@ -48,8 +48,10 @@ def traces(run: RunData, track: Trajectory, vehicle: Injected) -> Markup | None:
     description = f"speed, acceleration, brake and throttle of {vehicle.vehicle_id}"
     time_s = track.time_s[rows]
     with drawing(description):
-        figure = new_figure(10.6, 6.6)
-        bar, speed, accel, pedals = figure.subplots(4, 1, sharex=True, height_ratios=[0.22, 3, 2, 2])
+        figure, (bar, speed, accel, pedals) = stacked(
+            [0.2, 2.3, 1.55, 1.55], gap_in=0.12, left_in=0.62, right_in=1.25, top_in=0.06, bottom_in=0.5
+        )
+        bar.set_xlim(from_s, to_s)
         for axes in (speed, accel, pedals):
             tidy(axes)
             axes.set_xlim(from_s, to_s)
@@ -59,15 +61,15 @@ def traces(run: RunData, track: Trajectory, vehicle: Injected) -> Markup | None:
         speed.plot(
             time_s, track["commanded_speed"][rows], color=COMMANDED, lw=1.6, ls=(0, (5, 2)), label="commanded"
         )
+        speed.plot(time_s, track["measured_speed"][rows], color=MEASURED, lw=2.6, label="measured")
         speed.plot(
             time_s,
             track["reference_speed"][rows],
             color=REFERENCE,
-            lw=1.6,
-            ls=(0, (1.5, 1.5)),
+            lw=1.4,
+            ls=(0, (1.0, 1.8)),
             label="reference",
         )
-        speed.plot(time_s, track["measured_speed"][rows], color=MEASURED, lw=2.0, label="measured")
         speed.set_ylabel("speed, m/s")
         speed.set_ylim(*_range(speed.dataLim.y0, speed.dataLim.y1, least=2.0))
 
@@ -88,6 +90,8 @@ def traces(run: RunData, track: Trajectory, vehicle: Injected) -> Markup | None:
         pedals.set_ylabel("effort, %")
         pedals.set_ylim(-4.0, 104.0)
         pedals.set_xlabel("time since the start of the run, s")
+        for axes in (speed, accel):
+            axes.tick_params(labelbottom=False)
         for axes in (speed, accel, pedals):
             axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=2.6, borderaxespad=0.3)
         return as_svg(figure, description)

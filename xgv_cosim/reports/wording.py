@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -43,6 +44,14 @@ class Metric:
     unit: str
     digits: int
     help: str
+    most: float = math.inf
+    """Beyond this a value says no more than that it is large."""
+
+    def cell(self, value: float | None) -> str:
+        """Return the value as the table shows it."""
+        if value is not None and value > self.most:
+            return f"over {self.most:.0f} {self.unit}"
+        return number(value, self.digits, self.unit)
 
 
 METRICS: Final = (
@@ -84,6 +93,7 @@ METRICS: Final = (
         "s",
         1,
         "If both kept their speed, time until this car hits the one ahead. Below 1.5 s is critical.",
+        60.0,
     ),
     Metric(
         "min_ttc_follower_s",
@@ -91,6 +101,7 @@ METRICS: Final = (
         "s",
         1,
         "The same for the car behind hitting this one: the risk that a stop puts on others.",
+        60.0,
     ),
     Metric("min_gap_m", "smallest gap", "m", 1, "Least distance between bumpers to the car ahead or behind."),
     Metric(
