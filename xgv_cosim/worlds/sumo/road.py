@@ -25,7 +25,7 @@ _MOST_LANES_AHEAD = 16
 """So many lanes are followed past the end of the first; more lie beyond any preview."""
 
 
-def _drawable(shape: FloatMatrix) -> FloatMatrix:
+def drawable(shape: FloatMatrix) -> FloatMatrix:
     """Return a centre line without repeated points, of two points at least."""
     steps = np.hypot(*np.diff(shape, axis=0).T)
     kept: FloatMatrix = shape[np.concatenate([[True], steps > _SHORTEST_SEGMENT_M])]
@@ -58,7 +58,7 @@ class SumoRoad:
         number = {lane_id: index for index, lane_id in enumerate(ids)}
         return cls(
             lane_ids=ids,
-            shapes=tuple(_drawable(np.array(lane.getShape(lane_id))[:, :2]) for lane_id in ids),
+            shapes=tuple(drawable(np.array(lane.getShape(lane_id))[:, :2]) for lane_id in ids),
             lengths_m=np.array([lane.getLength(lane_id) for lane_id in ids], np.float64),
             widths_m=np.array([lane.getWidth(lane_id) for lane_id in ids], np.float64),
             limits_mps=np.array([lane.getMaxSpeed(lane_id) for lane_id in ids], np.float64),
