@@ -1,0 +1,95 @@
+"""Constraints, citation and licence agree with pyproject.toml; no file names a machine."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+from ruamel.yaml import YAML
+
+from xgv_cosim import __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[A-Za-z0-9.!+_-]+)")
+TEXT_SUFFIXES = {
+    "",
+    ".cff",
+    ".md",
+    ".py",
+    ".sumocfg",
+    ".toml",
+    ".txt",
+    ".xml",
+    ".yaml",
+    ".html",
+    ".css",
+    ".js",
+    ".j2",
+}
+
+
+def pins() -> dict[str, str]:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    matches = [PIN.fullmatch(line) for line in lines if line and not line.startswith("#")]
+    assert all(matches), "constraints.txt holds a line that is no exact version"
+    return {canonicalize_name(match["name"]): match["version"] for match in matches if match}
+
+
+def requirements() -> list[str]:
+    return [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["dev"]]
+
+
+@pytest.mark.parametrize("line", requirements())
+def test_every_requirement_is_pinned_to_a_version_that_it_allows(line: str) -> None:
+    requirement = Requirement(line)
+    version = pins()[canonicalize_name(requirement.name)]
+    assert requirement.specifier.contains(version)
+
+
+def test_citation_names_this_version_and_licence() -> None:
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["cff-version"] == "1.2.0"
+    assert {"message", "title", "authors", "type"} <= set(citation)
+    assert citation["version"] == __version__
+    assert citation["license"] == PROJECT["license"]
+
+
+def test_changelog_tells_of_this_version() -> None:
+    assert __version__ in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_licence_is_the_one_declared() -> None:
+    text = (ROOT / "LICENSE").read_text(encoding="utf-8")
+    assert PROJECT["license"] == "Apache-2.0"
+    assert "Apache License" in text
+    assert "Version 2.0" in text
+
+
+def project_files() -> Iterator[Path]:
+    for name in ("xgv_cosim", "jaus", "sumo_scenarios", "tests", "examples", "docs", ".ci"):
+        yield from (path for path in (ROOT / name).rglob("*") if "__pycache__" not in path.parts)
+    for name in ("pyproject.toml", "constraints.txt", "README.md", "CHANGELOG.md", "CITATION.cff", "LICENSE"):
+        yield ROOT / name
+
+
+def test_no_file_names_a_folder_of_some_machine() -> None:
+    """Neither this checkout's place, nor anybody's home folder."""
+    folders = [str(ROOT), str(Path.home()), *(f"/{name}/" for name in ("root", "home", "Users"))]
+    places = [re.compile(rf"(?<![\w.]){re.escape(folder)}") for folder in folders if folder.count("/") > 1]
+    found = [
+        f"{path.relative_to(ROOT)}: {place.pattern}"
+        for path in project_files()
+        if path.is_file() and path.suffix in TEXT_SUFFIXES
+        for place in places
+        if place.search(path.read_text(encoding="utf-8"))
+    ]
+    assert found == []
