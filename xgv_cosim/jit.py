@@ -6,20 +6,22 @@ import hashlib
 import logging
 import platform
 import tempfile
-from collections.abc import Callable, Iterable
-from pathlib import Path
-from typing import TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar
 
-import llvmlite.binding
 import numba
 import numpy as np
 import platformdirs
+from llvmlite.binding import get_host_cpu_name
 from numba.core import config
 from numba.extending import register_jitable
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+
 logger = logging.getLogger(__name__)
 
-Function = TypeVar("Function", bound=Callable[..., object])
+Function = TypeVar("Function", bound="Callable[..., object]")
 
 
 def inlinable(function: Function) -> Function:
@@ -27,7 +29,8 @@ def inlinable(function: Function) -> Function:
 
     Called from Python it stays the plain function: that is the oracle of the tests.
     """
-    return cast("Function", register_jitable(function))
+    marked: Function = register_jitable(function)
+    return marked
 
 
 def compiled(function: Function, sources: Iterable[Path]) -> Function:
@@ -43,19 +46,21 @@ def compiled(function: Function, sources: Iterable[Path]) -> Function:
     folder = platformdirs.user_cache_path("xgv-cosim") / "kernels" / cache_key(sources)
     if not _is_writable(folder):
         logger.warning("cannot write to %s: the kernel is compiled anew in every process", folder)
-        return cast("Function", numba.njit(function, error_model="numpy"))
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
+        uncached: Function = numba.njit(function, error_model="numpy")
+        return uncached
+    before = config.CACHE_DIR  # type: ignore[attr-defined]
+    config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
     try:
-        return cast("Function", numba.njit(function, error_model="numpy", cache=True))
+        cached: Function = numba.njit(function, error_model="numpy", cache=True)
     finally:
-        config.CACHE_DIR = before
+        config.CACHE_DIR = before  # type: ignore[attr-defined]
+    return cached
 
 
 def cache_key(sources: Iterable[Path]) -> str:
-    """Return a name for the machine code of some source files with this Python, numba, numpy and processor."""
+    """Return a name for machine code: source files, Python, numba, numpy and processor in one hash."""
     parts = [platform.python_implementation(), platform.python_version(), numba.__version__, np.__version__]
-    parts.append(str(llvmlite.binding.get_host_cpu_name()))
+    parts.append(str(get_host_cpu_name()))
     digest = hashlib.sha256("\n".join(parts).encode())
     for path in sorted(sources):
         content = path.read_bytes()

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from importlib.resources import files
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from xgv_cosim.columns import FloatColumn
 from xgv_cosim.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from xgv_cosim.columns import FloatColumn
 
 DEFAULT_PRESET = "ford_escape_hybrid"
 
@@ -157,13 +159,13 @@ def load_preset(name: str = DEFAULT_PRESET) -> VehicleParameters:
     """Return the parameters of a preset.
 
     Raises:
-        ScenarioError: No such preset, or its file lacks a value, names an unknown one, or gives no finite number.
+        ScenarioError: There is no such preset, or its file is not complete and well formed.
     """
-    return VehicleParameters(**{field: entry["value"] for field, entry in read_preset(name).items()})
+    return VehicleParameters(**{field: float(entry["value"]) for field, entry in read_preset(name).items()})
 
 
 def read_preset(name: str) -> dict[str, dict[str, float | str | bool]]:
-    """Return a preset as it is written: per parameter ``value``, ``unit``, and ``source`` or ``assumed`` with ``why``.
+    """Return a preset as written: ``value``, ``unit``, and ``source`` or ``assumed`` with ``why``, by name.
 
     Raises:
         ScenarioError: As for ``load_preset``.

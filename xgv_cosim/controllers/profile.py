@@ -35,8 +35,34 @@ def advance_profile(
         jerk: Greatest second derivative, above 0; ``inf`` lets the derivative jump.
         dt: Time ahead, in seconds.
     """
+    if speed == target and accel == 0.0:
+        return target, 0.0
     if math.isinf(jerk):
         return _advance_constant_accel(speed, target, accel_limit, decel_limit, dt)
+    return _advance_jerk_limited(speed, accel, target, accel_limit, decel_limit, jerk, dt)
+
+
+@inlinable
+def _advance_constant_accel(
+    speed: float, target: float, accel_limit: float, decel_limit: float, dt: float
+) -> tuple[float, float]:
+    accel = accel_limit if target > speed else -decel_limit
+    # The nanosecond keeps rounding from leaving a last tick with nothing to do.
+    if abs(target - speed) <= abs(accel) * (dt + 1e-9):
+        return target, 0.0
+    return speed + accel * dt, accel
+
+
+@inlinable
+def _advance_jerk_limited(
+    speed: float,
+    accel: float,
+    target: float,
+    accel_limit: float,
+    decel_limit: float,
+    jerk: float,
+    dt: float,
+) -> tuple[float, float]:
     # Pre-phase: an acceleration beyond its limit is brought back to it, wherever the target is.
     if accel > accel_limit or accel < -decel_limit:
         back = accel_limit if accel > accel_limit else -decel_limit
@@ -66,17 +92,6 @@ def advance_profile(
     if remaining > fall:
         return target - sign * peak * (0.5 * fall + remaining - fall), sign * peak
     return target - sign * 0.5 * jerk * remaining * remaining, sign * jerk * remaining
-
-
-@inlinable
-def _advance_constant_accel(
-    speed: float, target: float, accel_limit: float, decel_limit: float, dt: float
-) -> tuple[float, float]:
-    accel = accel_limit if target > speed else -decel_limit
-    # The nanosecond keeps rounding from leaving a last tick with nothing to do.
-    if abs(target - speed) <= abs(accel) * (dt + 1e-9):
-        return target, 0.0
-    return speed + accel * dt, accel
 
 
 @inlinable

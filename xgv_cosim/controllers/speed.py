@@ -84,7 +84,7 @@ def pedals(
 
 @inlinable
 def leading(wanted: float, present: float, lead: float) -> float:
-    """Return the command for which a lagging actuator moves towards ``wanted`` ``lead`` times as fast, 0 to 1."""
+    """Return the command, 0 to 1, for which an actuator moves towards ``wanted`` ``lead`` times as fast."""
     return clipped(present + lead * (wanted - present), 0.0, 1.0)
 
 

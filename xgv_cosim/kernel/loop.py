@@ -26,7 +26,7 @@ from xgv_cosim.kernel.pedals import Car, pedal_commands
 from xgv_cosim.kernel.steering import advance_steering
 from xgv_cosim.kernel.vehicle import lags_of, vehicle_of
 from xgv_cosim.plant.actuators import advance_pedal
-from xgv_cosim.plant.lateral import advance_curvature, max_lateral_accel_mps2, steady_curvature_per_m
+from xgv_cosim.plant.lateral import advance_curvature, steady_curvature_per_m
 from xgv_cosim.plant.longitudinal import (
     advance_speed,
     brake_decel_mps2,
@@ -139,7 +139,9 @@ def _move(
             curvature,
             steady_curvature_per_m(steer_rad, after, vehicle.wheelbase_m, vehicle.understeer_rad_s2_per_m),
             after,
-            max_lateral_accel_mps2(along, vehicle.friction, vehicle.min_lateral_grip),
+            along,
+            vehicle.friction,
+            vehicle.min_lateral_grip,
             vehicle.yaw_lag_s2_per_m,
             dt,
         )

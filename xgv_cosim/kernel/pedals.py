@@ -62,17 +62,17 @@ def pedal_commands(
         return _closed_loop(vehicle, lags, car, reference_mps, reference_mps2, integral_m, dt)
     if mode == Longitudinal.CONTROLLED_STOP:
         return _controlled_stop(orders, vehicle, lags, car, reference_mps)
+    throttle, brake = 0.0, 0.0  # FREE and DRIVER release both
     if mode == Longitudinal.OPEN_LOOP:
-        return PedalCommands(orders.throttle, orders.brake, 0.0)
-    if mode == Longitudinal.FULL_BRAKE:
-        return PedalCommands(0.0, 1.0, 0.0)
-    if mode == Longitudinal.MAXIMUM_BRAKING:
+        throttle, brake = orders.throttle, orders.brake
+    elif mode == Longitudinal.FULL_BRAKE:
+        brake = 1.0
+    elif mode == Longitudinal.MAXIMUM_BRAKING:
         lateral = car.curvature_per_m * car.speed_mps * car.speed_mps
-        share = maximum_braking_share(lateral, vehicle.max_brake_decel_mps2, vehicle.friction)
-        return PedalCommands(0.0, share, 0.0)
-    if mode == Longitudinal.HOLD:
-        return PedalCommands(0.0, orders.brake, 0.0)
-    return PedalCommands(0.0, 0.0, 0.0)
+        brake = maximum_braking_share(lateral, vehicle.max_brake_decel_mps2, vehicle.friction)
+    elif mode == Longitudinal.HOLD:
+        brake = orders.brake
+    return PedalCommands(throttle, brake, 0.0)
 
 
 @inlinable

@@ -43,38 +43,38 @@ def vehicle_of(columns: ParameterColumns, slot: int) -> VehicleParameters:
     a reader and to mypy it is a ``VehicleParameters``. A test holds both lists of names together.
     """
     return ParameterColumns(  # type: ignore[return-value]
-        columns.wheelbase_m[slot],  # type: ignore[arg-type]
-        columns.front_overhang_m[slot],  # type: ignore[arg-type]
-        columns.mass_kg[slot],  # type: ignore[arg-type]
-        columns.max_curvature_per_m[slot],  # type: ignore[arg-type]
-        columns.max_curvature_rate_per_m_s[slot],  # type: ignore[arg-type]
-        columns.max_curvature_jerk_per_m_s2[slot],  # type: ignore[arg-type]
-        columns.max_accel_mps2[slot],  # type: ignore[arg-type]
-        columns.max_decel_mps2[slot],  # type: ignore[arg-type]
-        columns.max_jerk_mps3[slot],  # type: ignore[arg-type]
-        columns.throttle_dead_band[slot],  # type: ignore[arg-type]
-        columns.throttle_lag_s[slot],  # type: ignore[arg-type]
-        columns.max_drive_force_n[slot],  # type: ignore[arg-type]
-        columns.max_drive_power_w[slot],  # type: ignore[arg-type]
-        columns.creep_accel_mps2[slot],  # type: ignore[arg-type]
-        columns.creep_speed_mps[slot],  # type: ignore[arg-type]
-        columns.brake_lag_s[slot],  # type: ignore[arg-type]
-        columns.max_brake_decel_mps2[slot],  # type: ignore[arg-type]
-        columns.friction[slot],  # type: ignore[arg-type]
-        columns.min_lateral_grip[slot],  # type: ignore[arg-type]
-        columns.rolling_resistance[slot],  # type: ignore[arg-type]
-        columns.drag_area_m2[slot],  # type: ignore[arg-type]
-        columns.air_density_kg_per_m3[slot],  # type: ignore[arg-type]
-        columns.max_steer_rad[slot],  # type: ignore[arg-type]
-        columns.max_steer_rate_rad_s[slot],  # type: ignore[arg-type]
-        columns.steer_lag_s[slot],  # type: ignore[arg-type]
-        columns.understeer_rad_s2_per_m[slot],  # type: ignore[arg-type]
-        columns.yaw_lag_s2_per_m[slot],  # type: ignore[arg-type]
-        columns.released_steering_self_aligns[slot],  # type: ignore[arg-type]
-        columns.self_align_distance_m[slot],  # type: ignore[arg-type]
-        columns.speed_gain_per_s[slot],  # type: ignore[arg-type]
-        columns.speed_integral_gain_per_s2[slot],  # type: ignore[arg-type]
-        columns.speed_response_s[slot],  # type: ignore[arg-type]
-        columns.pedal_band_mps2[slot],  # type: ignore[arg-type]
-        columns.standstill_brake[slot],  # type: ignore[arg-type]
+        columns.wheelbase_m[slot],
+        columns.front_overhang_m[slot],
+        columns.mass_kg[slot],
+        columns.max_curvature_per_m[slot],
+        columns.max_curvature_rate_per_m_s[slot],
+        columns.max_curvature_jerk_per_m_s2[slot],
+        columns.max_accel_mps2[slot],
+        columns.max_decel_mps2[slot],
+        columns.max_jerk_mps3[slot],
+        columns.throttle_dead_band[slot],
+        columns.throttle_lag_s[slot],
+        columns.max_drive_force_n[slot],
+        columns.max_drive_power_w[slot],
+        columns.creep_accel_mps2[slot],
+        columns.creep_speed_mps[slot],
+        columns.brake_lag_s[slot],
+        columns.max_brake_decel_mps2[slot],
+        columns.friction[slot],
+        columns.min_lateral_grip[slot],
+        columns.rolling_resistance[slot],
+        columns.drag_area_m2[slot],
+        columns.air_density_kg_per_m3[slot],
+        columns.max_steer_rad[slot],
+        columns.max_steer_rate_rad_s[slot],
+        columns.steer_lag_s[slot],
+        columns.understeer_rad_s2_per_m[slot],
+        columns.yaw_lag_s2_per_m[slot],
+        columns.released_steering_self_aligns[slot],
+        columns.self_align_distance_m[slot],
+        columns.speed_gain_per_s[slot],
+        columns.speed_integral_gain_per_s2[slot],
+        columns.speed_response_s[slot],
+        columns.pedal_band_mps2[slot],
+        columns.standstill_brake[slot],
     )

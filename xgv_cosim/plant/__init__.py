@@ -1,0 +1,1 @@
+"""The car: actuators, forces, steering and pose, as small pure functions of scalars."""

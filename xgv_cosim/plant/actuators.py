@@ -12,7 +12,7 @@ SETTLED = 1e-6
 
 @inlinable
 def lag_share(lag_s: float, dt: float) -> float:
-    """Return the share ``1 - exp(-dt / lag)`` of the way to its command that a first-order lag makes in ``dt``."""
+    """Return the share ``1 - exp(-dt / lag)`` of its way that a first-order lag makes in ``dt``."""
     if lag_s <= 0.0:
         return 1.0
     return 1.0 - math.exp(-dt / lag_s)

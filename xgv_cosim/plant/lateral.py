@@ -29,14 +29,29 @@ def advance_curvature(
     curvature_per_m: float,
     steady_per_m: float,
     speed_mps: float,
-    max_lateral_mps2: float,
+    longitudinal_mps2: float,
+    friction: float,
+    min_lateral_grip: float,
     yaw_lag_s2_per_m: float,
     dt: float,
 ) -> float:
-    """Return the curvature after a tick: lag ``tau = c v`` towards the steady turn, within the grip."""
+    """Return the curvature after a tick: lag ``tau = c v`` towards the steady turn, within the grip.
+
+    Args:
+        curvature_per_m: Present curvature, counter-clockwise positive.
+        steady_per_m: Where the wheel leads to, see ``steady_curvature_per_m``.
+        speed_mps: Present speed.
+        longitudinal_mps2: What the tyres give along the road.
+        friction: Coefficient of friction.
+        min_lateral_grip: Share of the grip that turning keeps under any braking.
+        yaw_lag_s2_per_m: The lag's time constant per speed.
+        dt: The tick, in seconds.
+    """
     lag_s = yaw_lag_s2_per_m * speed_mps
     share = 1.0 if lag_s <= 0.0 else 1.0 - math.exp(-dt / lag_s)
     curvature_per_m += share * (steady_per_m - curvature_per_m)
-    if abs(curvature_per_m) * speed_mps * speed_mps > max_lateral_mps2:
-        return math.copysign(max_lateral_mps2 / (speed_mps * speed_mps), curvature_per_m)
-    return curvature_per_m
+    lateral = abs(curvature_per_m) * speed_mps * speed_mps
+    if lateral <= min_lateral_grip * friction * GRAVITY_MPS2:  # the usual case, without a root
+        return curvature_per_m
+    limit = max_lateral_accel_mps2(longitudinal_mps2, friction, min_lateral_grip)
+    return curvature_per_m * min(1.0, limit / lateral)

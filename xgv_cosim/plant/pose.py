@@ -17,7 +17,7 @@ def advance_pose(
     """
     half = 0.5 * curvature_per_m * distance_m
     square = half * half
-    if square < 1e-2:  # noqa: SIM108 - series exact to 1e-15 here, and the quotient is not at 0
+    if square < 1e-2:  # the series is exact to 1e-15 here; at 0 the quotient is not defined
         shortening = 1.0 - square / 6.0 * (
             1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))
         )
