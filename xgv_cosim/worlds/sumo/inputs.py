@@ -36,21 +36,44 @@ def check_inputs(config_file: Path, options: tuple[str, ...] = ()) -> None:
     Files that do not exist are left to SUMO, which names them itself.
 
     Raises:
-        WorldError: A file is not well-formed; names file, line and column.
+        WorldConfigurationError: A file is not well-formed (names file, line and column), or the network
+            file is none.
     """
-    named: list[Path] = []
+    named: list[tuple[str, Path]] = []
 
     def start_element(tag: str, attributes: dict[str, str]) -> None:
-        if _LONG_NAMES.get(tag, tag) in _FILE_OPTIONS:
-            named.extend(config_file.parent / name.strip() for name in attributes.get("value", "").split(","))
+        option = _LONG_NAMES.get(tag, tag)
+        if option in _FILE_OPTIONS:
+            names = attributes.get("value", "").split(",")
+            named.extend((option, config_file.parent / name.strip()) for name in names)
 
     _parse(config_file, start_element)
     for option, value in zip_longest(options, options[1:], fillvalue=""):
         name, _, joined = option.partition("=")
-        if _LONG_NAMES.get(name, name.removeprefix("--")) in _FILE_OPTIONS:
-            named.extend(Path(part.strip()) for part in (joined or value).split(","))
-    for file in named:
-        _parse(file)
+        long_name = _LONG_NAMES.get(name, name.removeprefix("--"))
+        if long_name in _FILE_OPTIONS:
+            named.extend((long_name, Path(part.strip())) for part in (joined or value).split(","))
+    for long_name, file in named:
+        if long_name == "net-file":
+            _check_network(file)
+        else:
+            _parse(file)
+
+
+def _check_network(file: Path) -> None:
+    """Check that a network file begins like one: SUMO crashes on ``<net>`` without a version."""
+    roots: list[tuple[str, bool]] = []
+
+    def start_element(tag: str, attributes: dict[str, str]) -> None:
+        if not roots:
+            roots.append((tag, "version" in attributes))
+
+    _parse(file, start_element)
+    if roots and roots[0] != ("net", True):
+        raise WorldConfigurationError(
+            f"SUMO network {file} is not one: got <{roots[0][0]}> as its first element, expected "
+            '<net version="..."> as netconvert writes it'
+        )
 
 
 def _parse(file: Path, start_element: Callable[[str, dict[str, str]], None] | None = None) -> None:

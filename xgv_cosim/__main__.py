@@ -1,0 +1,5 @@
+"""``python -m xgv_cosim``: the command line."""
+
+from xgv_cosim.cli import main
+
+main()
