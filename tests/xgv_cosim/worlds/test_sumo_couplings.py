@@ -267,3 +267,14 @@ def test_a_driver_whose_car_stood_under_the_computer_drives_on(sumo: NewWorld) -
     for _ in range(30):
         ego.drive(0.0, WORLD)
     assert ego.state.speed_mps == pytest.approx(7.8, abs=0.3)  # 3 s at 2.6 m/s²
+
+
+def test_giving_way_ends_silently_where_the_free_coupling_is_asked_for(sumo: NewWorld) -> None:
+    ego = Ego(sumo(EGO), CouplingKind.LANE)
+    ego.drive(10.0, lateral_m=1.8)
+    assert ego.snapshot.notes
+    ego.world.set_coupling("ego", CouplingKind.FREE)
+    ego.drive(10.0)
+    ego.world.set_coupling("ego", CouplingKind.LANE)
+    ego.drive(10.0)
+    assert ego.snapshot.notes == ()

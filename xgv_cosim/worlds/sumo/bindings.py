@@ -81,20 +81,29 @@ class Bindings:
         return notes
 
     def write(self, placement: Placement, before: Snapshot) -> None:
-        """Write all vehicles of the placement, seen from the state before the step."""
+        """Write all vehicles of the placement, seen from the state before the step.
+
+        Raises:
+            WorldError: One of them is not bound; none has been written then.
+        """
+        for vehicle_id in placement.ids:
+            if vehicle_id not in self.bound:
+                raise WorldError(f"vehicle {vehicle_id!r} is placed but not bound; bind it first")
+        if not before.ids:
+            return
         rows = np.array([before.index_of.get(vehicle_id, -1) for vehicle_id in placement.ids], np.int64)
         lateral_m, inside = self._place_in_lane(placement, before, rows)
         ends_route = self._ends_route(placement, before, rows)
         for number, vehicle_id in enumerate(placement.ids):
-            binding = self.bound.get(vehicle_id)
-            if binding is None:
-                raise WorldError(f"vehicle {vehicle_id!r} is placed but not bound; bind it first")
+            binding = self.bound[vehicle_id]
             if rows[number] < 0:
                 continue  # SUMO holds it outside the net for the moment
             coupling = self._asked_for(
                 binding, bool(placement.computer_speed[number]), bool(placement.computer_steering[number])
             )
-            if coupling is not self._free:
+            if coupling is self._free:
+                binding.gives_way = ""
+            else:
                 coupling = self._possible(
                     vehicle_id,
                     binding,
@@ -166,19 +175,35 @@ class Bindings:
     def _place_in_lane(
         self, placement: Placement, before: Snapshot, rows: IntColumn
     ) -> tuple[FloatColumn, BoolColumn]:
-        """Return each front bumper's offset from its lane's centre, and whether the body centre is inside."""
-        lane = np.where(rows >= 0, before.lane[rows], -1)
-        position_m = before.lane_position_m[rows] + placement.travelled_m
+        """Return each front bumper's offset from its lane's centre, and whether the body centre is inside.
+
+        Left out (0 and inside) where nobody asks: whoever is placed freely anyway.
+        """
+        lateral_m, inside = np.zeros(len(rows)), np.ones(len(rows), np.bool_)
+        by_plant = placement.computer_speed & placement.computer_steering
+        in_lane = [self.bound[name].kind is CouplingKind.LANE for name in placement.ids]
+        asked = np.flatnonzero((rows >= 0) & (~by_plant | np.array(in_lane, np.bool_)))
+        if len(asked):
+            lateral_m[asked], inside[asked] = self._offsets(placement, before, rows[asked], asked)
+        return lateral_m, inside
+
+    def _offsets(
+        self, placement: Placement, before: Snapshot, rows: IntColumn, asked: IntColumn
+    ) -> tuple[FloatColumn, BoolColumn]:
+        """Return offset and "body centre inside" of the vehicles at ``asked`` in the placement."""
+        front_x_m, front_y_m = placement.front_x_m[asked], placement.front_y_m[asked]
+        lane = before.lane[rows]
+        position_m = before.lane_position_m[rows] + placement.travelled_m[asked]
         next_lane = before.next_lane[rows]
         # The plant's distance and SUMO's differ where the driver governs speed: look again where it is.
         for _ in range(2):
             centre = self._road.points_ahead(lane, position_m, next_lane)
-            ahead_x_m, ahead_y_m = placement.front_x_m - centre.x_m, placement.front_y_m - centre.y_m
+            ahead_x_m, ahead_y_m = front_x_m - centre.x_m, front_y_m - centre.y_m
             cosine, sine = np.cos(centre.heading_rad), np.sin(centre.heading_rad)
             position_m = position_m + np.nan_to_num(ahead_x_m * cosine + ahead_y_m * sine)
         lateral_m = ahead_y_m * cosine - ahead_x_m * sine
         half_length_m = 0.5 * before.length_m[rows]
-        body_m = lateral_m - half_length_m * np.sin(placement.heading_rad - centre.heading_rad)
+        body_m = lateral_m - half_length_m * np.sin(placement.heading_rad[asked] - centre.heading_rad)
         return lateral_m, np.abs(body_m) <= 0.5 * self._road.lane_width_m(lane)
 
     def _ends_route(self, placement: Placement, before: Snapshot, rows: IntColumn) -> BoolColumn:
