@@ -1,0 +1,104 @@
+"""The reference stack on made-up views: session first, then lane and distance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from jaus.address import ComponentId, JausAddress
+from jaus.component import ComponentStatus, StatusCommand
+from xgv_cosim.autonomy.reference import ReferenceStack, ReferenceStackSettings
+from xgv_cosim.commands import MotionProfile
+from xgv_cosim.endpoint import CommandStatus, ReleaseControl, RequestControl
+from xgv_cosim.observation import Observation
+
+PD, MPD = ComponentId.PRIMITIVE_DRIVER, ComponentId.MOTION_PROFILE_DRIVER
+ME = JausAddress(1, 2, 2, 1)
+CAR = JausAddress(9, 1, 10, 1)
+
+
+def seen(
+    speed: float = 20.0,
+    gap: float = math.inf,
+    leader_speed: float = 20.0,
+    lane: tuple[tuple[float, float], ...] = tuple((3.5 + 5.0 * n, 0.0) for n in range(10)),
+) -> Observation:
+    return Observation(
+        time_s=0.0,
+        vehicle_id="xgv_0",
+        x_m=0.0,
+        y_m=0.0,
+        heading_rad=0.0,
+        speed_mps=speed,
+        accel_mps2=0.0,
+        curvature_per_m=0.0,
+        limit_mps=30.0,
+        lane_ahead_m=lane,
+        leader_gap_m=gap,
+        leader_speed_mps=leader_speed,
+        safety_mode="drive_by_wire",
+        reasons=(),
+        component_status={PD: ComponentStatus.READY, MPD: ComponentStatus.READY},
+        component_controller={PD: CAR, MPD: ME},
+    )
+
+
+def motion_of(stack: ReferenceStack, view: Observation) -> MotionProfile:
+    motion = stack.act(view)[-1]
+    assert isinstance(motion, MotionProfile)
+    return motion
+
+
+def test_without_control_it_asks_as_the_public_clients_do() -> None:
+    """XGV-17..20: release PD if held, request MPD, resume what stands by."""
+    view = replace(
+        seen(),
+        component_controller={PD: ME, MPD: None},
+        component_status={PD: ComponentStatus.STANDBY, MPD: ComponentStatus.STANDBY},
+    )
+    *session, motion = ReferenceStack(ME).act(view)
+    assert session == [
+        ReleaseControl(PD),
+        RequestControl(MPD, 6),
+        CommandStatus(PD, StatusCommand.RESUME),
+        CommandStatus(MPD, StatusCommand.RESUME),
+    ]
+    assert isinstance(motion, MotionProfile)
+    assert len(ReferenceStack(ME).act(seen())) == 1  # in control and ready: only the motion
+
+
+def test_a_free_road_leads_to_the_limit_and_a_wish_below_it_is_kept() -> None:
+    assert motion_of(ReferenceStack(ME), seen(speed=10.0)).speed_mps > 10.0
+    assert ReferenceStack(ME).wanted_accel_mps2(seen(speed=30.0)) == pytest.approx(0.0)
+    slow = ReferenceStack(ME, ReferenceStackSettings(desired_speed_mps=15.0))
+    assert slow.wanted_accel_mps2(seen(speed=15.0)) == pytest.approx(0.0)
+    assert slow.wanted_accel_mps2(seen(speed=20.0)) < -1.0
+
+
+@given(speed=st.floats(0.0, 35.0), gap=st.floats(0.2, 150.0), leader=st.floats(0.0, 35.0))
+def test_it_never_speeds_up_into_a_short_gap_and_never_asks_for_nonsense(
+    speed: float, gap: float, leader: float
+) -> None:
+    stack = ReferenceStack(ME)
+    motion = motion_of(stack, seen(speed=speed, gap=gap, leader_speed=leader))
+    assert 0.0 <= motion.speed_mps <= 30.0
+    assert 0.0 < motion.max_accel_mps2 <= 7.5
+    if gap < 3.0:
+        assert stack.wanted_accel_mps2(seen(speed=speed, gap=gap, leader_speed=leader)) <= 0.0
+
+
+@pytest.mark.parametrize("curvature", [-0.02, -0.002, 0.002, 0.02])
+def test_on_an_arc_it_asks_for_the_arc(curvature: float) -> None:
+    """Pure pursuit of a point on the car's own arc gives that arc's curvature."""
+    radius = 1.0 / curvature
+    arc = tuple((radius * math.sin(s * curvature), radius * (1.0 - math.cos(s * curvature))) for s in range(1, 60, 3))
+    motion = motion_of(ReferenceStack(ME), seen(speed=12.0, lane=arc))
+    assert motion.curvature_per_m == pytest.approx(curvature, rel=0.02)
+
+
+def test_off_the_road_it_goes_straight() -> None:
+    assert motion_of(ReferenceStack(ME), seen(lane=())).curvature_per_m == 0.0
