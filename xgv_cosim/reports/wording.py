@@ -140,7 +140,7 @@ def verdict(run: RunData) -> tuple[str, str]:
         return "partial", "Interrupted: this is what was recorded until then."
     if status == "error":
         return "bad", "Ended by an error: this is what was recorded until then."
-    return "partial", "Incomplete: the run left no result; this is what was recorded."
+    return "partial", "Incomplete: the run left no result, only what was recorded until it broke off."
 
 
 def summary(run: RunData) -> str:
@@ -149,8 +149,9 @@ def summary(run: RunData) -> str:
     cars = result.get("num_vehicles_max")
     parts = [f"{result.get('scenario', run.folder.name)} ran for {run.end_s:.0f} s of simulated time"]
     if cars is not None:
+        emulated = result.get("num_bound_max", 0)
         parts.append(
-            f"with up to {cars} vehicles at once, {result.get('num_bound_max', 0)} of them emulated drive-by-wire vehicles"
+            f"with up to {cars} vehicles at once, {emulated} of them emulated drive-by-wire vehicles"
         )
     collisions = result.get("collisions")
     if collisions is not None:

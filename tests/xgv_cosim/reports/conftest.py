@@ -56,7 +56,6 @@ class Traffic:
         self.a_mps2 = np.zeros(num_cars)
         self.wish_mps = rng.uniform(24.0, 31.0, num_cars)
         self.ids = [f"xgv_{n // 10}" if n % 10 == 5 else f"car_{n}" for n in range(num_cars)]
-        self.braking = {name: np.nan for name in self.ids}
         for name, new in zip(("xgv_1", "xgv_2", "xgv_4"), pause, strict=True):
             self.ids[self.ids.index(name)] = new
 
@@ -196,7 +195,8 @@ def make_run(
 def _metrics(**values: Any) -> dict[str, Any]:
     keys = (
         "time_to_standstill_s stopping_distance_m ideal_stopping_distance_m stopping_distance_ratio "
-        "speed_at_event_mps peak_decel_mps2 min_ttc_s min_ttc_follower_s min_gap_m unattended_speed_s unattended_steering_s"
+        "speed_at_event_mps peak_decel_mps2 min_ttc_s min_ttc_follower_s min_gap_m "
+        "unattended_speed_s unattended_steering_s"
     )
     return {
         **dict.fromkeys(keys.split()),
@@ -316,3 +316,8 @@ def make_result(
 @pytest.fixture(scope="session")
 def made_up_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_run(tmp_path_factory.mktemp("report") / "run")
+
+
+@pytest.fixture(name="make_run", scope="session")
+def make_run_fixture() -> Any:
+    return make_run
