@@ -33,8 +33,8 @@ class Clock:
     def __post_init__(self) -> None:
         if self.ticks_per_step < 1 or abs(self.ticks_per_step * CONTROL_TICK_S - self.step_s) > 1e-9:
             raise ScenarioError(
-                f"step_s: got {self.step_s!r}, expected a whole multiple of the control tick {CONTROL_TICK_S} s, "
-                "for example 0.1"
+                f"step_s: got {self.step_s!r}, expected a whole multiple of the control tick "
+                f"{CONTROL_TICK_S} s, for example 0.1"
             )
 
     @property

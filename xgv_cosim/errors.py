@@ -38,7 +38,7 @@ class UnknownVehicleError(ScenarioError):
     """
 
     def __init__(self, vehicle_id: str, known: tuple[str, ...], hint: str = "") -> None:
-        shown = ", ".join(known[:6]) + (", ..." if len(known) > 6 else "")  # noqa: PLR2004 - a readable line
+        shown = ", ".join(known[:6]) + (", ..." if len(known) > 6 else "")
         text = f"no bound vehicle {vehicle_id!r}; bound now: {shown or 'none'}"
         super().__init__(f"{text} {hint}".rstrip())
         self.vehicle_id = vehicle_id
@@ -60,7 +60,8 @@ class MissingLibraryError(WorldError):
     """
 
     def __init__(self, libraries: tuple[str, ...], remedy: str) -> None:
-        super().__init__(f"libsumo needs system libraries that are not installed: {', '.join(libraries)}. {remedy}")
+        missing = ", ".join(libraries)
+        super().__init__(f"libsumo needs system libraries that are not installed: {missing}. {remedy}")
         self.libraries = libraries
 
 

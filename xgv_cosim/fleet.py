@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -84,13 +84,16 @@ class Setpoints(NamedTuple):
     """OPEN_LOOP: commanded road-wheel angle."""
 
 
-def _zeros(kind: type[Motion] | type[Reference], num_slots: int) -> list[FloatColumn]:
+def _zeros(kind: type[Motion | Reference], num_slots: int) -> list[FloatColumn]:
     return [np.zeros(num_slots) for _ in kind._fields]
 
 
 def _grown(columns: Columns, fresh: Columns) -> Columns:
     """Return ``columns`` followed by ``fresh``, column by column."""
-    return type(columns)(*(np.concatenate(pair) for pair in zip(columns, fresh, strict=True)))
+    before: list[Any] = list(columns)
+    added: list[Any] = list(fresh)
+    joined: list[Any] = [np.concatenate(pair) for pair in zip(before, added, strict=True)]
+    return type(columns)(*joined)
 
 
 @dataclass(slots=True)
@@ -195,7 +198,7 @@ class Fleet:
     def _double(self) -> None:
         fresh = Fleet()
         while fresh.num_slots < self.num_slots:
-            fresh._double()  # noqa: SLF001 - the same class
+            fresh._double()
         self.motion = _grown(self.motion, fresh.motion)
         self.reference = _grown(self.reference, fresh.reference)
         self.command = _grown(self.command, fresh.command)

@@ -47,7 +47,9 @@ def lane_ahead(
     return np.stack([cosine * east + sine * north, cosine * north - sine * east], axis=-1)
 
 
-def leader_of(snapshot: Snapshot, rows: IntColumn, own_speed_mps: FloatColumn) -> tuple[FloatColumn, FloatColumn]:
+def leader_of(
+    snapshot: Snapshot, rows: IntColumn, own_speed_mps: FloatColumn
+) -> tuple[FloatColumn, FloatColumn]:
     """Return (gap, speed) of the leader of each row; ``inf`` and the own speed without a leader."""
     leader = snapshot.leader[rows]
     seen = leader >= 0

@@ -1,0 +1,1 @@
+"""Reference stacks: autonomy that drives bound vehicles through their endpoints."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
@@ -119,7 +120,7 @@ class ReferenceStack:
 
 def _point_at(points: tuple[tuple[float, float], ...], distance_m: float) -> tuple[float, float]:
     """Return the point of a polyline at a distance from the origin, the last one if it ends before."""
-    for (x0, y0), (x1, y1) in zip(points, points[1:], strict=False):
+    for (x0, y0), (x1, y1) in pairwise(points):
         near, far = math.hypot(x0, y0), math.hypot(x1, y1)
         if near <= distance_m <= far:
             share = (distance_m - near) / max(1e-9, far - near)

@@ -14,6 +14,7 @@ from xgv_cosim._version import __version__
 from xgv_cosim.cli.exit_codes import EXIT_OK, exit_code_of
 from xgv_cosim.errors import XgvCosimError
 
+
 def _exit_with(code: object, **_options: object) -> None:
     """End with the exit code that a command returns; a command that returns none went well."""
     raise typer.Exit(code if isinstance(code, int) else EXIT_OK)

@@ -52,7 +52,7 @@ def _fix() -> list[Finding]:
     try:
         provided = provide_libraries(lambda line: typer.echo(line, err=True))
     except WorldError as error:
-        return [Finding("fix", ok=False, detail=str(error), remedy="See there.")]
+        return [Finding("fix", ok=False, detail=str(error))]
     return [Finding("fix", ok=True, detail=f"got {', '.join(provided)}")] if provided else []
 
 

@@ -16,7 +16,7 @@ from xgv_cosim.cli.progress import progress_of
 @app.command()
 def replay(
     folder: Annotated[Path, typer.Argument(help="A run folder made by 'xgv-cosim run'.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,  # noqa: FBT002
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> int:
     """Run a run folder's scenario again; say whether it is identical, else the first step that differs."""
     from xgv_cosim.runs import replay as run_again  # noqa: PLC0415 - engines are dear to import
@@ -40,7 +40,9 @@ def replay(
     elif outcome.identical:
         typer.echo(f"identical: {outcome.steps} steps, trace {outcome.recorded_hash}")
     else:
-        where = "the traces agree, the final hashes do not" if first is None else _where(first.step, first.t_s)
+        where = (
+            "the traces agree, the final hashes do not" if first is None else _where(first.step, first.t_s)
+        )
         typer.echo(f"different: {where}")
         for name in outcome.changed_inputs:
             typer.echo(f"  input file changed since: {name}")

@@ -16,17 +16,21 @@ from xgv_cosim.cli.summary import print_summary
 @app.command()
 def run(
     scenario: Annotated[
-        str, typer.Argument(help="Name of a packaged scenario (see 'xgv-cosim scenarios'), a file or a folder.")
+        str,
+        typer.Argument(help="Name of a packaged scenario (see 'xgv-cosim scenarios'), a file or a folder."),
     ],
     seed: Annotated[int | None, typer.Option(help="Seed of the run; replaces the scenario's.")] = None,
     out: Annotated[
-        Path | None, typer.Option(help="New folder for the run; default runs/NAME-seedN-TIME.", show_default=False)
+        Path | None,
+        typer.Option(help="New folder for the run; default runs/NAME-seedN-TIME.", show_default=False),
     ] = None,
     overrides: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Replace a value of the scenario, e.g. duration_s=30."),
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Replace a value of the scenario, e.g. duration_s=30."
+        ),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,  # noqa: FBT002
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
     """Run a scenario headless and write its run folder with report.html."""
     from xgv_cosim.entry import default_folder, run as run_whole  # noqa: I001, PLC0415 - engines are dear to import

@@ -1,0 +1,1 @@
+"""Links: what carries messages between a stack and a vehicle. Peers behind ``base.Link``."""

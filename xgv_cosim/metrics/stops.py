@@ -61,9 +61,7 @@ def _least(values: np.ndarray[tuple[int], np.dtype[np.float64]], window: BoolCol
     return least if np.isfinite(least) else None
 
 
-def stop_metrics(
-    series: VehicleSeries, event_s: float, until_s: float
-) -> StopMetrics:
+def stop_metrics(series: VehicleSeries, event_s: float, until_s: float) -> StopMetrics:
     """Return the metrics of one event.
 
     Args:

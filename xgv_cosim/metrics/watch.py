@@ -84,9 +84,7 @@ class Watch:
         for contact in snapshot.collisions:
             began = Contact(time_of_tick_s(tick), *astuple(contact))
             self._contacts.setdefault((contact.collider, contact.victim), began)
-        watched = [
-            (slot, name) for slot, name in fleet if name in self._wanted and name in snapshot.index_of
-        ]
+        watched = [(slot, name) for slot, name in fleet if name in self._wanted and name in snapshot.index_of]
         if not watched:
             return
         slots = np.array([slot for slot, _ in watched], np.int64)

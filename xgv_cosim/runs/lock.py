@@ -74,9 +74,7 @@ def read_lock(folder: Path) -> Lock:
         got = data.get("schema") if isinstance(data, dict) else type(data).__name__
         raise ReplayError(f"{path}: got schema {got!r}, expected {SCHEMA!r}")
     home = _home(str(data["folder"]))
-    changed = tuple(
-        name for name, digest in data["inputs"].items() if _digest_or_none(home / name) != digest
-    )
+    changed = tuple(name for name, digest in data["inputs"].items() if _digest_or_none(home / name) != digest)
     return Lock(scenario_from_mapping(data["scenario"], home), dict(data["versions"]), changed)
 
 

@@ -45,9 +45,7 @@ def replay(folder: Path, progress: Progress | None = None) -> Replay:
     recorded = read_result(folder)
     with tempfile.TemporaryDirectory(prefix="xgv-cosim-replay-") as scratch:
         target = Path(scratch) / "run"
-        again = run_scenario(
-            lock.scenario, target, progress=progress, num_steps=int(recorded["num_steps"])
-        )
+        again = run_scenario(lock.scenario, target, progress=progress, num_steps=int(recorded["num_steps"]))
         difference = first_difference(folder / TRACE, target / TRACE)
     present = recorded_versions()
     return Replay(

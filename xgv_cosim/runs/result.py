@@ -108,9 +108,7 @@ def result_of(
     return RunResult(folder, status, data)
 
 
-def facts_of(
-    watch: Watch, series: dict[str, VehicleSeries], end_s: float, duration_s: float
-) -> RunFacts:
+def facts_of(watch: Watch, series: dict[str, VehicleSeries], end_s: float, duration_s: float) -> RunFacts:
     """Return what the expectations are held against; a vehicle that is not watched has modes only."""
     nothing = np.zeros(0)
     changes: dict[str, list[Event]] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import TracebackType
+from typing import Self
 
 import numpy as np
 
@@ -123,7 +124,7 @@ class Simulation:
                 vehicle.link.close()
         self.world.close()
 
-    def __enter__(self) -> Simulation:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -143,7 +144,11 @@ class Simulation:
             axes.longitudinal != fleet.longitudinal,
             axes.lateral != fleet.lateral,
         )
-        fleet.safety_mode, fleet.longitudinal, fleet.lateral = axes.safety_mode, axes.longitudinal, axes.lateral
+        fleet.safety_mode, fleet.longitudinal, fleet.lateral = (
+            axes.safety_mode,
+            axes.longitudinal,
+            axes.lateral,
+        )
         fleet.speed_released_s, fleet.steering_released_s = axes.speed_released_s, axes.steering_released_s
         fleet.handed_over = axes.handed_over
 
@@ -174,11 +179,19 @@ class Simulation:
     ) -> None:
         """Take back what the world moved itself: the driver's axes, and positions of lane couplings."""
         fleet = self.fleet
-        slots = exchange.moved_by_world(fleet, computer_speed, computer_steering, lifecycle.in_lane(self.state))
+        slots = exchange.moved_by_world(
+            fleet, computer_speed, computer_steering, lifecycle.in_lane(self.state)
+        )
         rows = exchange.rows_of(snapshot, [str(fleet.ids[slot]) for slot in slots.tolist()])
         present = rows >= 0
         fleet.motion = exchange.adopt(
-            fleet, snapshot, slots[present], rows[present], computer_speed, computer_steering, heading_before_rad
+            fleet,
+            snapshot,
+            slots[present],
+            rows[present],
+            computer_speed,
+            computer_steering,
+            heading_before_rad,
         )
         fleet.reference = setpoints.seeded_references(
             fleet.reference, fleet.motion, ~computer_speed, ~computer_steering

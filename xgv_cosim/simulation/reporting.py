@@ -18,7 +18,9 @@ def _holder(code: int, free: int, driver: int) -> str:
     return "nobody" if code == free else "computer"
 
 
-def _note_axis(state: RunState, kind: str, before: UInt8Column, after: UInt8Column, free: int, driver: int) -> None:
+def _note_axis(
+    state: RunState, kind: str, before: UInt8Column, after: UInt8Column, free: int, driver: int
+) -> None:
     for slot in np.flatnonzero(before != after).tolist():
         old, new = _holder(int(before[slot]), free, driver), _holder(int(after[slot]), free, driver)
         if old != new and state.fleet.ids[slot] is not None:
@@ -48,7 +50,9 @@ def note_failed_references(state: RunState, failed: BoolColumn) -> None:
         if state.fleet.ids[slot] is None:
             continue
         vehicle_id = str(state.fleet.ids[slot])
-        state.note(vehicle_id, "controller_failed", reasons=("its speed or curvature reference is not valid",))
+        state.note(
+            vehicle_id, "controller_failed", reasons=("its speed or curvature reference is not valid",)
+        )
         code = state.vehicles[vehicle_id].binding.profile.controller_failure_code
         state.request(vehicle_id, InjectionKind.ERROR, code)
 

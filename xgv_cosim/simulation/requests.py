@@ -6,7 +6,6 @@ from difflib import get_close_matches
 
 from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.errors import UnknownVehicleError
-from xgv_cosim.injection import InjectionKind
 from xgv_cosim.simulation import commanding
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.devices import OPERATOR, Edge
@@ -50,7 +49,8 @@ def apply_scheduled(state: RunState, world: World, tick: int) -> None:
         name = edge.vehicle_id
         if name not in state.vehicles and name not in state.released and not world.knows(name):
             near = get_close_matches(name, state.fleet.bound_ids, 1)
-            hint = f"(injection {edge.kind.value} at {state.now_s:g} s names it{f'; did you mean {near[0]!r}?' if near else ''})"
+            guess = f"; did you mean {near[0]!r}?" if near else ""
+            hint = f"(injection {edge.kind.value} at {state.now_s:g} s names it{guess})"
             raise UnknownVehicleError(name, state.fleet.bound_ids, hint)
     apply_edges(state, edges)
 
@@ -69,7 +69,7 @@ def apply_edges(state: RunState, edges: list[Edge]) -> None:
     for edge in edges:
         name = edge.kind.value
         if edge.vehicle_id not in state.vehicles:
-            reason = "the vehicle is not bound now; it will meet the injection when it is bound while it lasts"
+            reason = "the vehicle is not bound now; if it is bound while this lasts, it meets it then"
             state.note(edge.vehicle_id, "injection_without_vehicle", after=name, reasons=(reason,))
             continue
         vehicle = state.vehicles[edge.vehicle_id]
@@ -81,7 +81,7 @@ def apply_edges(state: RunState, edges: list[Edge]) -> None:
         before, after = ("", name) if edge.begins else (name, "")
         code = () if edge.code is None else (f"code {edge.code}",)
         state.note(edge.vehicle_id, "injection", before, after, code)
-        act(state, vehicle, effect, edge.kind, edge.code, begins=edge.begins)
+        act(state, vehicle, effect, edge.code, begins=edge.begins)
 
 
 def meet_injections(state: RunState, vehicle: BoundVehicle) -> None:
@@ -94,7 +94,6 @@ def act(
     state: RunState,
     vehicle: BoundVehicle,
     effect: InjectionEffect,
-    kind: InjectionKind,
     code: int | None,
     *,
     begins: bool,

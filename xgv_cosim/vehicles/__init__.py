@@ -1,0 +1,1 @@
+"""Vehicle profiles: the mode machines of each make. Peers behind ``base.VehicleProfile``."""

@@ -1,0 +1,1 @@
+"""Worlds: the traffic around the bound vehicles. Peers behind ``base.World``."""

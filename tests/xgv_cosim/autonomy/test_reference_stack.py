@@ -95,7 +95,9 @@ def test_it_never_speeds_up_into_a_short_gap_and_never_asks_for_nonsense(
 def test_on_an_arc_it_asks_for_the_arc(curvature: float) -> None:
     """Pure pursuit of a point on the car's own arc gives that arc's curvature."""
     radius = 1.0 / curvature
-    arc = tuple((radius * math.sin(s * curvature), radius * (1.0 - math.cos(s * curvature))) for s in range(1, 60, 3))
+    arc = tuple(
+        (radius * math.sin(s * curvature), radius * (1.0 - math.cos(s * curvature))) for s in range(1, 60, 3)
+    )
     motion = motion_of(ReferenceStack(ME), seen(speed=12.0, lane=arc))
     assert motion.curvature_per_m == pytest.approx(curvature, rel=0.02)
 

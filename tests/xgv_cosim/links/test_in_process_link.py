@@ -16,7 +16,10 @@ ME = JausAddress(1, 2, 2, 1)
 
 class TwoMessages:
     def act(self, observation: Observation) -> list[StackMessage]:
-        return [RequestControl(ComponentId.MOTION_PROFILE_DRIVER), ReleaseControl(ComponentId.PRIMITIVE_DRIVER)]
+        return [
+            RequestControl(ComponentId.MOTION_PROFILE_DRIVER),
+            ReleaseControl(ComponentId.PRIMITIVE_DRIVER),
+        ]
 
 
 class NotANumber:

@@ -32,7 +32,9 @@ def braking_series(speed_mps: float, decel_mps2: float, edge_s: float, end_s: fl
         accel_mps2=np.where(stopping & (speed > 0.0), -decel_mps2, 0.0),
         distance_m=distance,
         safety_mode=np.where(stopping, 8, 1),
-        longitudinal=np.where(stopping, Longitudinal.CONTROLLED_STOP, Longitudinal.CLOSED_LOOP).astype(np.int64),
+        longitudinal=np.where(stopping, Longitudinal.CONTROLLED_STOP, Longitudinal.CLOSED_LOOP).astype(
+            np.int64
+        ),
         lateral=np.where(stopping & (t < edge_s + 1.05), Lateral.FREE, Lateral.CLOSED_LOOP).astype(np.int64),
         leader_gap_m=none,
         leader_ttc_s=none,
@@ -80,9 +82,14 @@ def test_a_car_that_never_has_to_stop_has_no_ideal() -> None:
 
 
 @given(
-    gap=st.floats(0.0, 200.0), follower=st.floats(3.0, 40.0), leader=st.floats(0.0, 40.0), shift=st.floats(-5, 5)
+    gap=st.floats(0.0, 200.0),
+    follower=st.floats(3.0, 40.0),
+    leader=st.floats(0.0, 40.0),
+    shift=st.floats(-5, 5),
 )
-def test_time_to_collision_follows_its_definition(gap: float, follower: float, leader: float, shift: float) -> None:
+def test_time_to_collision_follows_its_definition(
+    gap: float, follower: float, leader: float, shift: float
+) -> None:
     """Hayward 1972; unchanged when both cars move faster by the same amount."""
     columns = (np.array([gap]), np.array([follower]), np.array([leader]))
     value = float(time_to_collision_s(*columns)[0])
@@ -97,5 +104,7 @@ def test_time_to_collision_follows_its_definition(gap: float, follower: float, l
 
 
 def test_time_to_collision_needs_a_leader_and_a_moving_follower() -> None:
-    ttc = time_to_collision_s(np.array([np.inf, 5.0, -1.0]), np.array([20.0, 2.0, 20.0]), np.array([0.0, 0.0, 0.0]))
+    ttc = time_to_collision_s(
+        np.array([np.inf, 5.0, -1.0]), np.array([20.0, 2.0, 20.0]), np.array([0.0, 0.0, 0.0])
+    )
     assert ttc.tolist() == [math.inf, math.inf, 0.0]

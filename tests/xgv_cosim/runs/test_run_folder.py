@@ -47,17 +47,30 @@ def test_the_result_tells_what_happened(hello: Path) -> None:
     paused = data["vehicles"]["xgv_0"]
     assert paused["injections"] == [{"kind": "estop_pause", "at_s": 5.0, "end_s": 17.0}]
     assert paused["metrics"]["stopping_distance_ratio"] == pytest.approx(1.0, abs=0.05)
-    assert [mode["safety_mode"] for mode in paused["modes"]][-3:] == ["drive_by_wire", "estop_pause", "drive_by_wire"]
+    assert [mode["safety_mode"] for mode in paused["modes"]][-3:] == [
+        "drive_by_wire",
+        "estop_pause",
+        "drive_by_wire",
+    ]
     exercised = {row["rule"] for row in data["assumptions"] if row["exercised"]}
     assert "XGV-36" in exercised
-    assert all({"rule", "key", "value", "evidence", "text", "exercised"} <= set(row) for row in data["assumptions"])
+    assert all(
+        {"rule", "key", "value", "evidence", "text", "exercised"} <= set(row) for row in data["assumptions"]
+    )
 
 
 def test_events_are_rows_in_time_order(hello: Path) -> None:
     rows = [json.loads(line) for line in (hello / EVENTS).read_text().splitlines()]
     assert all(set(row) == {"t_s", "vehicle", "kind", "from", "to", "reasons"} for row in rows)
     assert [row["t_s"] for row in rows] == sorted(row["t_s"] for row in rows)
-    assert {"t_s": 5.0, "vehicle": "xgv_0", "kind": "injection", "from": "", "to": "estop_pause", "reasons": []} in rows
+    assert {
+        "t_s": 5.0,
+        "vehicle": "xgv_0",
+        "kind": "injection",
+        "from": "",
+        "to": "estop_pause",
+        "reasons": [],
+    } in rows
 
 
 def test_the_trajectory_keeps_commanded_and_measured_apart(hello: Path) -> None:
@@ -94,7 +107,19 @@ def test_replay_names_the_first_step_that_differs(hello: Path, tmp_path: Path) -
 
 def test_an_expectation_that_fails_is_exit_code_1(tmp_path: Path) -> None:
     wanted = "expect=[{vehicle: xgv_0, mode: estop_disable, by_s: 2.0}]"
-    done = call("run", "hello", "--out", "out", "--set", "duration_s=4", "--set", "injections=[]", "--set", wanted, cwd=tmp_path)
+    done = call(
+        "run",
+        "hello",
+        "--out",
+        "out",
+        "--set",
+        "duration_s=4",
+        "--set",
+        "injections=[]",
+        "--set",
+        wanted,
+        cwd=tmp_path,
+    )
     assert done.returncode == 1, done.stderr
     assert "estop_disable" in done.stdout
     assert json.loads((tmp_path / "out" / RESULT).read_text())["status"] == "failed"

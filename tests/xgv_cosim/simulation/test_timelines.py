@@ -14,7 +14,9 @@ from xgv_cosim.errors import ScenarioError, UnknownVehicleError, WorldError
 
 
 def events_of(simulation: xgv_cosim.Simulation, kind: str, vehicle: str = "xgv_0") -> list[tuple[float, str]]:
-    return [(e.t_s, e.after) for e in simulation.state.journal.events if e.kind == kind and e.vehicle == vehicle]
+    return [
+        (e.t_s, e.after) for e in simulation.state.journal.events if e.kind == kind and e.vehicle == vehicle
+    ]
 
 
 def test_a_bound_car_drives_by_wire_as_soon_as_its_stack_has_control(open_hello: Opener) -> None:
