@@ -23,7 +23,7 @@ __all__ = ["advance", "advance_plain", "kernel_sources", "warm_up"]
 def kernel_sources() -> list[Path]:
     """Return every file whose code the compiled loop contains."""
     package = Path(__file__).parent.parent
-    names = ("jit", "fleet", "commands", "parameters", "actuation", "clock", "columns")
+    names = ("jit", "fleet", "parameters", "actuation", "clock")
     modules = [package / f"{name}.py" for name in names]
     folders = ("controllers", "kernel", "plant")
     return modules + [path for folder in folders for path in sorted((package / folder).glob("*.py"))]
