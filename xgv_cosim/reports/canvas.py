@@ -114,13 +114,15 @@ def as_svg(figure: Figure, description: str) -> Markup:
 
 def as_png(figure: Figure, description: str) -> Markup:
     """Return the figure as an image with its pixels inside the page."""
-    drawn, sink = io.BytesIO(), io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=PNG_DPI)
-    with Image.open(drawn) as image:
-        # Maximum coverage keeps rare colours (the markers), the refinement keeps the common ones true.
-        few = image.convert("RGB").quantize(
-            PNG_COLOURS, method=Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
-        )
-        few.save(sink, format="png", optimize=True)
+    figure.set_dpi(PNG_DPI)
+    raw = io.BytesIO()
+    figure.savefig(raw, format="rgba", dpi="figure")
+    full = Image.frombytes("RGBA", figure.canvas.get_width_height(), raw.getvalue()).convert("RGB")
+    # Every fourth pixel each way tells the colours in a sixteenth of the time. Maximum coverage keeps
+    # rare ones (the markers), the refinement keeps the common ones true.
+    sample = full.resize((full.width // 4, full.height // 4), Image.Resampling.NEAREST)
+    palette = sample.quantize(PNG_COLOURS, method=Image.Quantize.MAXCOVERAGE, kmeans=2)
+    sink = io.BytesIO()
+    full.quantize(palette=palette, dither=Image.Dither.NONE).save(sink, format="png", optimize=True)
     data = base64.b64encode(sink.getvalue()).decode()
     return Markup('<img alt="{}" src="data:image/png;base64,{}">').format(description, data)

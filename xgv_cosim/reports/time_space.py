@@ -131,16 +131,22 @@ def _draw_lane(
             continue
         if outlined:
             axes.add_collection(
-                LineCollection(list(segments), colors="white", linewidths=6.0, zorder=order - 0.6)
+                LineCollection(
+                    list(segments), colors="white", linewidths=6.0, capstyle="round", zorder=order - 0.6
+                )
             )
             axes.add_collection(
-                LineCollection(list(segments), colors=INK, linewidths=4.2, zorder=order - 0.4)
+                LineCollection(
+                    list(segments), colors=INK, linewidths=4.2, capstyle="round", zorder=order - 0.4
+                )
             )
         slow_last = np.argsort(-speeds)
         colours = speed_colours()(norm(speeds[slow_last]))
         colours[:, 3] = 1.0 - (1.0 - alpha) * np.clip(norm(speeds[slow_last]), 0.0, 1.0)
         axes.add_collection(
-            LineCollection(list(segments[slow_last]), colors=colours, linewidths=width, zorder=order)
+            LineCollection(
+                list(segments[slow_last]), colors=colours, linewidths=width, capstyle="round", zorder=order
+            )
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -68,10 +68,10 @@ def test_timeline_covers_the_run_and_nothing_sticks_out(run: RunData) -> None:
             rows.setdefault(bar.y, []).append((bar.x, bar.x + bar.width))
         assert len(rows) == 3, "control, ready and safety mode"
         for stretches in rows.values():
-            assert all(a[1] == pytest.approx(b[0]) for a, b in zip(stretches, stretches[1:], strict=False))
+            assert all(a[1] == pytest.approx(b[0]) for a, b in pairwise(stretches))
 
 
-def test_timeline_needs_vehicles(run: RunData, make_run: Callable[..., Path], tmp_path: Path) -> None:
+def test_timeline_needs_vehicles(run: RunData) -> None:
     assert mode_timeline(run, ()) is None
 
 
