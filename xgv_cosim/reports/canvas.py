@@ -116,7 +116,7 @@ def as_png(figure: Figure, description: str) -> Markup:
     """Return the figure as an image with its pixels inside the page."""
     figure.set_dpi(PNG_DPI)
     raw = io.BytesIO()
-    figure.savefig(raw, format="rgba", dpi="figure")
+    figure.savefig(raw, format="rgba", dpi=PNG_DPI)
     full = Image.frombytes("RGBA", figure.canvas.get_width_height(), raw.getvalue()).convert("RGB")
     # Every fourth pixel each way tells the colours in a sixteenth of the time. Maximum coverage keeps
     # rare ones (the markers), the refinement keeps the common ones true.

@@ -12,7 +12,10 @@ from xgv_cosim.recording.quantities import BOUND_VEHICLES, EVERY_VEHICLE, Quanti
 PAGE = (Path(__file__).parents[3] / "docs" / "run-folder.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("quantity", (*EVERY_VEHICLE, *BOUND_VEHICLES), ids=lambda quantity: quantity.name)
+TRAJECTORY = PAGE[PAGE.index("## `trajectory.parquet`") : PAGE.index("## `road.json`")]
+
+
+@pytest.mark.parametrize("quantity", [*EVERY_VEHICLE, *BOUND_VEHICLES], ids=lambda quantity: quantity.name)
 def test_each_column_is_described_with_its_scale(quantity: Quantity) -> None:
     row = next(
         (line for line in PAGE.splitlines() if line.startswith("|") and f"`{quantity.name}`" in line), ""
