@@ -18,7 +18,8 @@ TRAJECTORY = PAGE[PAGE.index("## `trajectory.parquet`") : PAGE.index("## `road.j
 @pytest.mark.parametrize("quantity", [*EVERY_VEHICLE, *BOUND_VEHICLES], ids=lambda quantity: quantity.name)
 def test_each_column_is_described_with_its_scale(quantity: Quantity) -> None:
     row = next(
-        (line for line in PAGE.splitlines() if line.startswith("|") and f"`{quantity.name}`" in line), ""
+        (line for line in TRAJECTORY.splitlines() if line.startswith("|") and f"`{quantity.name}`" in line),
+        "",
     )
     assert row, f"{quantity.name} is not on the page"
     cells = [cell.strip() for cell in row.strip("|").split("|")]
