@@ -252,3 +252,25 @@ def test_a_limit_of_zero_holds_the_speed_and_the_curvature_xgv_70() -> None:
     )
     assert drive.column("speed_mps")[-1] == pytest.approx(10.0, abs=0.01)
     assert drive.column("curvature_per_m")[-1] == 0.0
+
+
+def test_the_heading_is_the_integral_of_the_mean_curvature_along_the_path() -> None:
+    drive = Drive.at(12.0).for_s(1.5, target_speed_mps=9.0, target_curvature_per_m=0.05)
+    speed, curvature = drive.column("speed_mps"), drive.column("curvature_per_m")
+    distances = 0.5 * (speed[1:] + speed[:-1]) * 0.01
+    turned = np.cumsum(0.5 * (curvature[1:] + curvature[:-1]) * distances)
+    np.testing.assert_allclose(drive.column("heading_rad")[1:], turned, rtol=0.0, atol=1e-12)
+    assert drive.motion.travelled_m[0] == pytest.approx(distances.sum())
+
+
+def test_full_braking_leaves_the_grip_that_abs_keeps_for_steering() -> None:
+    drive = Drive.at(20.0).for_s(2.0, target_speed_mps=20.0, target_curvature_per_m=0.012)
+    full = {"longitudinal": Longitudinal.FULL_BRAKE, "target_curvature_per_m": 0.012}
+    drive.for_s(1.0, **full)
+    lateral = drive.column("curvature_per_m") * drive.column("speed_mps") ** 2
+    assert lateral[0] == pytest.approx(0.012 * 400.0, rel=0.01)
+    grip = drive.vehicle.friction * 9.81
+    # Full brake takes all of the circle; until the speed has fallen, the bend asks for more than is kept.
+    asked = 0.012 * drive.column("speed_mps") ** 2
+    assert asked[50] > 1.05 * drive.vehicle.min_lateral_grip * grip
+    np.testing.assert_allclose(lateral[40:50], drive.vehicle.min_lateral_grip * grip, rtol=1e-6)
