@@ -253,4 +253,6 @@ def _motion_fault(command: MotionProfile) -> str:
         value = getattr(command, name)
         if not lower <= value <= upper:
             return f"MotionProfile.{name}: got {value!r}, expected {lower:g} to {upper:g}"
+    if command.speed_mps < 0.0:
+        return f"MotionProfile.speed_mps: got {command.speed_mps!r}; this version emulates forward gears only"
     return ""
