@@ -13,11 +13,12 @@ from contextlib import contextmanager
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
+from PIL import Image, ImageColor
 
 from xgv_cosim.reports.palette import GRID, INK, PANEL, QUIET
 
@@ -26,6 +27,9 @@ PNG_COLOURS = 256
 """A picture with a palette takes a fifth of the room of one in full colour."""
 WIDTH_IN = 10.6
 """Width of every figure; the page scales it."""
+
+_EXACT = ("#ffffff", PANEL, GRID, INK)
+"""Colours of large plain areas, which would show if they were off by a shade."""
 
 _SETTINGS: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -118,11 +122,28 @@ def as_png(figure: Figure, description: str) -> Markup:
     raw = io.BytesIO()
     figure.savefig(raw, format="rgba", dpi=PNG_DPI)
     full = Image.frombytes("RGBA", figure.canvas.get_width_height(), raw.getvalue()).convert("RGB")
-    # Every fourth pixel each way tells the colours in a sixteenth of the time. Maximum coverage keeps
-    # rare ones (the markers), the refinement keeps the common ones true.
-    sample = full.resize((full.width // 4, full.height // 4), Image.Resampling.NEAREST)
-    palette = sample.quantize(PNG_COLOURS, method=Image.Quantize.MAXCOVERAGE, kmeans=2)
     sink = io.BytesIO()
-    full.quantize(palette=palette, dither=Image.Dither.NONE).save(sink, format="png", optimize=True)
+    _with_palette(full).save(sink, format="png", optimize=True)
     data = base64.b64encode(sink.getvalue()).decode()
     return Markup('<img alt="{}" src="data:image/png;base64,{}">').format(description, data)
+
+
+def _with_palette(full: Image.Image) -> Image.Image:
+    """Return the picture with a palette of its own.
+
+    Every fourth pixel each way tells the colours in a sixteenth of the time. Maximum coverage keeps rare ones
+    (the markers), the refinement keeps the common ones true.
+    """
+    sample = full.resize((full.width // 4, full.height // 4), Image.Resampling.NEAREST)
+    learnt = sample.quantize(PNG_COLOURS - len(_EXACT), method=Image.Quantize.MAXCOVERAGE, kmeans=2)
+    exact = [ImageColor.getrgb(colour) for colour in _EXACT]
+    colours = [*(channel for colour in exact for channel in colour), *(learnt.getpalette() or [])]
+    holder = Image.new("P", (1, 1))
+    holder.putpalette(colours)
+    nearest = np.array(full.quantize(palette=holder, dither=Image.Dither.NONE))
+    pixels = np.asarray(full)
+    for number, colour in enumerate(exact):
+        nearest[(pixels == colour).all(axis=-1)] = number  # the search above is only nearly exact
+    few = Image.fromarray(nearest, "P")
+    few.putpalette(colours)
+    return few

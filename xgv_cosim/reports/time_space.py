@@ -27,6 +27,8 @@ DRAW_EVERY_S = 0.4
 GAP_S = 1.0
 """A line is interrupted where a vehicle was away from the lane for longer."""
 MOST_LANES = 6
+MANY_VEHICLES = 100
+"""From here on fast cars are drawn paler, so that slow ones stand out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,8 +122,9 @@ def _draw_lane(
         & (road.distance_m <= window.to_m + 50.0)
     )
     special = np.array([name in injected for name in track.vehicle_ids] or [False])[track.vehicle]
+    crowded = len(track.vehicle_ids) > MANY_VEHICLES
     styles = (
-        (in_window & ~track.bound, 0.8, 0.45, 2.0, False),
+        (in_window & ~track.bound, 0.8, 0.45 if crowded else 0.9, 2.0, False),
         (in_window & track.bound & ~special, 1.7, 1.0, 3.0, False),
         (in_window & special, 2.4, 1.0, 5.0, True),
     )

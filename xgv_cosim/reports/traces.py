@@ -71,12 +71,12 @@ def traces(run: RunData, track: Trajectory, vehicle: Injected) -> Markup | None:
             label="reference",
         )
         speed.set_ylabel("speed, m/s")
-        speed.set_ylim(*_range(speed.dataLim.y0, speed.dataLim.y1, least=2.0))
+        speed.set_ylim(*_range(speed.dataLim.y0, speed.dataLim.y1, least=6.0))
 
         accel.axhline(0.0, color=QUIET, lw=0.8)
         accel.plot(time_s, track["measured_accel"][rows], color=MEASURED, lw=1.6, label="measured")
         accel.set_ylabel("acceleration, m/s²")
-        accel.set_ylim(*_range(accel.dataLim.y0, accel.dataLim.y1, least=1.0))
+        accel.set_ylim(*_range(accel.dataLim.y0, accel.dataLim.y1, least=3.0))
 
         pedals.plot(time_s, 100.0 * track["brake"][rows], color=BRAKE, lw=1.8, label="brake")
         pedals.plot(

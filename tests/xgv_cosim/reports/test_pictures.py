@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from xgv_cosim.reports import palette
+from xgv_cosim.reports import canvas, palette
 from xgv_cosim.reports.along_road import along_road, edge_and_index
 from xgv_cosim.reports.mode_timeline import mode_timeline
 from xgv_cosim.reports.run_data import RunData, read_run
@@ -115,3 +116,12 @@ def test_large_times_to_collision_are_not_shown_to_the_decimal() -> None:
     assert metric.cell(8560.3) == "over 60 s"
     assert metric.cell(1.94) == "1.9 s"
     assert metric.cell(None) == "\N{EN DASH}"
+
+
+def test_the_picture_s_palette_keeps_plain_areas_exact_and_rare_marks_visible() -> None:
+    noise = np.random.default_rng(1).integers(90, 200, (300, 400, 3), dtype=np.uint8)
+    noise[:100] = 255
+    noise[200:220, 300:320] = (217, 101, 15)  # a marker
+    few = np.asarray(canvas._with_palette(Image.fromarray(noise)).convert("RGB")).astype(int)
+    assert (few[:100] == 255).all()
+    assert np.abs(few[205:215, 305:315] - (217, 101, 15)).max() <= 8
