@@ -144,6 +144,6 @@ def _with_palette(full: Image.Image) -> Image.Image:
     pixels = np.asarray(full)
     for number, colour in enumerate(exact):
         nearest[(pixels == colour).all(axis=-1)] = number  # the search above is only nearly exact
-    few = Image.fromarray(nearest, "P")
+    few = Image.fromarray(nearest)
     few.putpalette(colours)
     return few
