@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import re
+import sys
 import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PACKAGES = ("jaus", "sumo_scenarios", "xgv_cosim")
 PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[A-Za-z0-9.!+_-]+)")
 TEXT_SUFFIXES = {
     "",
@@ -53,6 +57,30 @@ def test_every_requirement_is_pinned_to_a_version_that_it_allows(line: str) -> N
     requirement = Requirement(line)
     version = pins()[canonicalize_name(requirement.name)]
     assert requirement.specifier.contains(version)
+
+
+def imported_modules(folder: Path) -> set[str]:
+    """Return the top-level modules that the sources below a folder import, at the top or in a function."""
+    modules: set[str] = set()
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                modules |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+                modules.add(node.module.split(".")[0])
+    return modules
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_package_that_is_imported_is_declared(package: str) -> None:
+    """What only another package happens to bring may go away with that package's next version."""
+    declared = {canonicalize_name(Requirement(line).name) for line in PROJECT["dependencies"]}
+    foreign = imported_modules(ROOT / package) - set(sys.stdlib_module_names) - set(PACKAGES)
+    bringers = packages_distributions()
+    undeclared = {
+        module for module in foreign if declared.isdisjoint(map(canonicalize_name, bringers.get(module, [])))
+    }
+    assert undeclared == set()
 
 
 def test_citation_names_this_version_and_licence() -> None:

@@ -51,7 +51,7 @@ def run_scenario(
     recorder = Recorder(folder, safety_mode_name=profile_of(scenario).safety_mode_name)
     outcome = RunOutcome(started_at=datetime.now(UTC))
     wanted = num_steps if num_steps is not None else round(scenario.duration_s / scenario.step_s)
-    raised: XgvCosimError | None = None
+    raised: Exception | None = None
     try:
         with build(scenario, (recorder, watch)) as simulation:
             recorder.use_road(simulation.world.road)
@@ -61,8 +61,9 @@ def run_scenario(
                 outcome.notes = simulation.world.messages
     except KeyboardInterrupt:
         outcome.status = RunStatus.INTERRUPTED
-    except XgvCosimError as error:
-        outcome.status, outcome.error, raised = RunStatus.ERROR, str(error), error
+    except Exception as error:  # noqa: BLE001 - recorded with all there is, then raised again
+        words = str(error) if isinstance(error, XgvCosimError) else f"{type(error).__name__}: {error}"
+        outcome.status, outcome.error, raised = RunStatus.ERROR, words, error
     outcome.num_steps = recorder.num_steps
     raised = _close(recorder, outcome, raised)
     result = result_of(scenario, folder, recorder.trace_hash, watch, outcome)
@@ -94,7 +95,7 @@ def _advance(
         outcome.wall_s = time.perf_counter() - began
 
 
-def _close(recorder: Recorder, outcome: RunOutcome, raised: XgvCosimError | None) -> XgvCosimError | None:
+def _close(recorder: Recorder, outcome: RunOutcome, raised: Exception | None) -> Exception | None:
     """Write what is written at the end; the first error is the one that counts."""
     try:
         recorder.close()

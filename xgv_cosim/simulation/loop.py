@@ -11,8 +11,8 @@ import numpy as np
 from xgv_cosim import kernel
 from xgv_cosim.clock import Clock, time_of_tick_s
 from xgv_cosim.columns import BoolColumn, FloatColumn
-from xgv_cosim.controllers.references import ReferenceGenerator
-from xgv_cosim.fleet import Fleet, Reference
+from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
+from xgv_cosim.fleet import Fleet
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
     commanding,
@@ -158,16 +158,8 @@ class Simulation:
         wanted = setpoints.setpoints_of(fleet)
         limited, failed = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
         motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
-        speed, steering = setpoints.is_profile_following(wanted)
         fleet.motion = motion
-        fleet.reference = Reference(
-            speed_mps=np.where(speed, limited.speed_mps, followed.speed_mps),
-            accel_mps2=np.where(speed, limited.accel_mps2, followed.accel_mps2),
-            curvature_per_m=np.where(steering, limited.curvature_per_m, followed.curvature_per_m),
-            curvature_rate_per_m_s=np.where(
-                steering, limited.curvature_rate_per_m_s, followed.curvature_rate_per_m_s
-            ),
-        )
+        fleet.reference = merge_references(limited, followed, wanted, motion)
         reporting.note_failed_references(self.state, failed)
 
     def _adopt(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.actuation import Longitudinal
 from xgv_cosim.columns import BoolColumn
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.fleet import Fleet, Motion, Reference, Setpoints
@@ -13,28 +13,25 @@ from xgv_cosim.fleet import Fleet, Motion, Reference, Setpoints
 def setpoints_of(fleet: Fleet) -> Setpoints:
     """Return what each axis has to do, from the axis modes and the command in force.
 
-    A commanded limit of exactly 0 holds that axis at its present reference (XGV-70). Closed-loop
-    steering without a live command stays where it is, or goes straight (XGV-35).
+    A commanded limit of exactly 0 holds that axis at its present reference (XGV-70): controllers and
+    kernel know it. Closed-loop steering without a live command stays where it is, or goes straight
+    (XGV-35).
     """
     command, reference, limits = fleet.command, fleet.reference, fleet.parameters
     follows_motion = command.kind == CommandKind.MOTION_PROFILE
     stopping = fleet.longitudinal == Longitudinal.CONTROLLED_STOP
 
-    holds_speed = command.max_accel_mps2 == 0.0
-    closed_target = np.where(holds_speed, reference.speed_mps, command.speed_mps)
-    pace = np.where(holds_speed, limits.max_accel_mps2, command.max_accel_mps2)
-
-    steers = follows_motion & (command.max_curvature_rate_per_m_s > 0.0)
-    without = np.where(fleet.centres_without_command & ~follows_motion, 0.0, reference.curvature_per_m)
-    rate = np.where(steers, command.max_curvature_rate_per_m_s, limits.max_curvature_rate_per_m_s)
+    without = np.where(fleet.centres_without_command, 0.0, reference.curvature_per_m)
+    curvature = np.clip(command.curvature_per_m, -limits.max_curvature_per_m, limits.max_curvature_per_m)
+    rate = np.where(follows_motion, command.max_curvature_rate_per_m_s, limits.max_curvature_rate_per_m_s)
     return Setpoints(
         longitudinal=fleet.longitudinal,
         lateral=fleet.lateral,
-        target_speed_mps=np.where(stopping, 0.0, closed_target),
-        accel_limit_mps2=pace,
-        decel_limit_mps2=np.where(stopping, fleet.stop_decel_mps2, pace),
+        target_speed_mps=np.where(stopping, 0.0, command.speed_mps),
+        accel_limit_mps2=command.max_accel_mps2,
+        decel_limit_mps2=np.where(stopping, fleet.stop_decel_mps2, command.max_accel_mps2),
         jerk_limit_mps3=np.where(stopping, np.inf, limits.max_jerk_mps3),
-        target_curvature_per_m=np.where(steers, command.curvature_per_m, without),
+        target_curvature_per_m=np.where(follows_motion, curvature, without),
         curvature_rate_limit_per_m_s=rate,
         curvature_jerk_limit_per_m_s2=limits.max_curvature_jerk_per_m_s2,
         throttle=command.throttle,
@@ -53,11 +50,3 @@ def seeded_references(
         curvature_per_m=np.where(steering_entered, motion.curvature_per_m, reference.curvature_per_m),
         curvature_rate_per_m_s=np.where(steering_entered, 0.0, reference.curvature_rate_per_m_s),
     )
-
-
-def is_profile_following(setpoints: Setpoints) -> tuple[BoolColumn, BoolColumn]:
-    """Return which slots follow a ruckig profile in (speed, curvature)."""
-    speed = (setpoints.longitudinal == Longitudinal.CLOSED_LOOP) | (
-        setpoints.longitudinal == Longitudinal.CONTROLLED_STOP
-    )
-    return speed, setpoints.lateral == Lateral.CLOSED_LOOP

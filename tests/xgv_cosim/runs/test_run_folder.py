@@ -186,3 +186,15 @@ def test_the_table_is_plain_lines_without_a_terminal(tmp_path: Path) -> None:
     assert "\x1b" not in done.stdout
     quiet = call("run", "hello", "--quiet", "--out", "quiet", cwd=tmp_path)
     assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
+
+
+def test_a_fault_of_the_caller_is_raised_again_after_everything_was_written(tmp_path: Path) -> None:
+    def careless(now_s: float, duration_s: float) -> None:
+        if now_s > 1.0:
+            raise ZeroDivisionError("division by zero")
+
+    with pytest.raises(ZeroDivisionError):
+        xgv_cosim.run("hello", out=tmp_path / "out", progress=careless)
+    data = json.loads((tmp_path / "out" / RESULT).read_text())
+    assert (data["status"], data["error"]) == ("error", "ZeroDivisionError: division by zero")
+    assert read_trajectory(tmp_path / "out" / TRAJECTORY).num_rows > 0
