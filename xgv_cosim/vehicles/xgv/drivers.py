@@ -75,7 +75,7 @@ class Drivers:
     def request_control(
         self, message: RequestControl, sender: JausAddress, now_s: float
     ) -> list[EndpointEvent]:
-        """Take Request Component Control (XGV-20); a pre-empted controller has lost it by then."""
+        """Take Request Component Control (XGV-20); a preempted controller has lost it by then."""
         component = self.by_id.get(message.component)
         if component is None:
             return [_refuse_component(message, message.component)]
