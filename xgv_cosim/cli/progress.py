@@ -31,6 +31,17 @@ def progress_of(name: str, *, quiet: bool) -> Iterator[Callable[[float, float], 
         yield _plain_lines(name)
 
 
+@contextmanager
+def working_on(what: str, *, quiet: bool) -> Iterator[None]:
+    """Say on a terminal what is being done meanwhile."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield
+    else:
+        with console.status(what):
+            yield
+
+
 def _bar(console: Console) -> Progress:
     return Progress(
         TextColumn("{task.description}"),

@@ -9,7 +9,7 @@ import typer
 
 from xgv_cosim.cli.app import app
 from xgv_cosim.cli.exit_codes import EXIT_EXPECTATION_FAILED, EXIT_INTERRUPTED, EXIT_OK
-from xgv_cosim.cli.progress import progress_of
+from xgv_cosim.cli.progress import progress_of, working_on
 from xgv_cosim.cli.summary import print_summary
 
 
@@ -33,15 +33,18 @@ def run(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
     """Run a scenario headless and write its run folder with report.html."""
-    from xgv_cosim.entry import default_folder, run as run_whole  # noqa: I001, PLC0415 - engines are dear to import
-    from xgv_cosim.runs import RunStatus  # noqa: PLC0415
+    from xgv_cosim.entry import default_folder  # noqa: PLC0415 - engines are dear to import
+    from xgv_cosim.reports import write_report  # noqa: PLC0415 - likewise drawing
+    from xgv_cosim.runs import RunStatus, run_scenario  # noqa: PLC0415
     from xgv_cosim.scenario.loading import load_scenario  # noqa: PLC0415
 
     chosen = [*(overrides or []), *([] if seed is None else [f"seed={seed}"])]
     loaded = load_scenario(scenario, chosen)
     folder = out if out is not None else default_folder(loaded)
     with progress_of(loaded.name, quiet=quiet) as progress:
-        result = run_whole(loaded, out=folder, progress=progress)
+        result = run_scenario(loaded, folder, progress=progress)
+    with working_on("drawing report.html", quiet=quiet):
+        write_report(folder)
     if not quiet:
         print_summary(result.data, folder)
     if result.status is RunStatus.INTERRUPTED:

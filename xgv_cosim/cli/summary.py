@@ -21,7 +21,8 @@ STATUS_WORDS = {
 def print_summary(data: dict[str, Any], folder: Path) -> None:
     """Print a run's result: a table on a terminal, plain lines without one."""
     console = Console()
-    injected = {name: row for name, row in data["vehicles"].items() if row["injected"]}
+    rows = sorted(data["vehicles"].items(), key=_first_injection_s)
+    injected = {name: row for name, row in rows if row["injected"]}
     if console.is_terminal:
         if injected:
             console.print(_table(injected))
@@ -71,8 +72,15 @@ def _modes(row: dict[str, Any]) -> list[str]:
     return [_mode(mode) for mode in shown] or ["none"]
 
 
+def _first_injection_s(item: tuple[str, dict[str, Any]]) -> float:
+    injections = item[1]["injections"]
+    return float(injections[0]["at_s"]) if injections else 0.0
+
+
 def _mode(mode: dict[str, Any]) -> str:
-    reasons = f" ({'; '.join(mode['reasons'])})" if mode["reasons"] else ""
+    """Return a mode with its reasons; drive-by-wire needs none, it is what is left."""
+    told = mode["reasons"] and mode["safety_mode"] != "drive_by_wire"
+    reasons = f" ({'; '.join(mode['reasons'])})" if told else ""
     return f"{mode['t_s']:.2f} s {mode['safety_mode']}{reasons}"
 
 
