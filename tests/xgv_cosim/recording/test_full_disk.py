@@ -162,7 +162,7 @@ def test_a_real_disk_that_fills_up(tmp_path: Path) -> None:
     mount.mkdir()
     command = ["unshare", "--mount", "sh", "-c", shell, "sh", mount, sys.executable, FILL_A_REAL_DISK, target]
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
-    if "unshare failed" in done.stderr or done.returncode == 77:
+    if done.stderr.startswith("unshare:") or done.returncode == 77:
         pytest.skip(f"this system does not let a test mount: {done.stderr.strip()}")
     assert done.returncode == 0, done.stderr
     steps, message = done.stdout.split(" ", 1)
