@@ -1,6 +1,7 @@
 """The fleet: the state of all bound vehicles as columns, one row ("slot") per vehicle.
 
-Stage functions take columns and return new ones; only ``simulation/loop.py`` assigns into ``Fleet``.
+Stage functions take columns and return new ones. Only the package ``simulation`` writes into ``Fleet``:
+whole columns in its loop, single cells where something sparse happens (a message, an edge, a binding).
 A free slot holds a valid, idle vehicle at standstill, so that no stage needs to skip it.
 """
 

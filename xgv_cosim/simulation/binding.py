@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from jaus.address import JausAddress
@@ -58,7 +58,8 @@ class BoundVehicle:
     binding: Binding
     endpoint: Endpoint
     link: Link | None
-    last_refusal: tuple[str, str] | None = None
-    """(message type, reason) of the last refusal in the journal, so that repeats do not flood it."""
+    refusals: set[tuple[str, str]] = field(default_factory=set)
+    """(message type, reason) of refusals in the journal since the last accepted command: repeats at
+    every step are told once."""
     link_blocked: bool = False
     """True while an injection swallows what the stack sends."""

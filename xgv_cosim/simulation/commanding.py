@@ -57,6 +57,7 @@ def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) 
         match event:
             case CommandAccepted():
                 write_command(fleet.command, slot, event)
+                vehicle.refusals.clear()
             case CommandDropped():
                 if fleet.command.kind[slot] != CommandKind.NONE:
                     state.note(name, "command_dropped", reasons=(event.reason,))
@@ -105,8 +106,8 @@ def clear_command(command: CommandColumns, slot: int) -> None:
 
 
 def _note_refusal(state: RunState, vehicle: BoundVehicle, refusal: MessageRefused) -> None:
-    """Enter a refusal once per reason and message type, until something else is said to the vehicle."""
-    what = type(refusal.message).__name__
-    if vehicle.last_refusal != (what, refusal.reason):
-        vehicle.last_refusal = (what, refusal.reason)
-        state.note(vehicle.vehicle_id, "command_refused", after=what, reasons=(refusal.reason,))
+    """Enter a refusal once for each reason and message type, until a command is accepted."""
+    said = (type(refusal.message).__name__, refusal.reason)
+    if said not in vehicle.refusals:
+        vehicle.refusals.add(said)
+        state.note(vehicle.vehicle_id, "command_refused", after=said[0], reasons=(refusal.reason,))

@@ -35,7 +35,8 @@ class Devices:
                 self._schedule.setdefault(injection.end_tick, []).append((source, injection, False))
         self._ticks = sorted(self._schedule)
         self._chosen: dict[int, tuple[str, ...]] = {}
-        self._holders: dict[tuple[str, InjectionKind, int | None], set[int]] = {}
+        self._acting: dict[str, dict[tuple[InjectionKind, int | None], set[int]]] = {}
+        """Vehicle id -> what acts on it -> the sources that hold it."""
 
     def ticks_between(self, first: int, last: int) -> list[int]:
         """Return the scheduled ticks in ``[first, last)``."""
@@ -60,16 +61,17 @@ class Devices:
         self, source: int, vehicle_id: str, kind: InjectionKind, code: int | None = None, *, begins: bool
     ) -> list[Edge]:
         """Let a source begin or end to hold something; return the edge if that changes anything."""
-        holders = self._holders.setdefault((vehicle_id, kind, code), set())
+        acting = self._acting.setdefault(vehicle_id, {})
+        holders = acting.setdefault((kind, code), set())
         held_before = bool(holders)
         holders.add(source) if begins else holders.discard(source)
+        if not holders:
+            del acting[kind, code]
         return [] if bool(holders) == held_before else [Edge(vehicle_id, kind, code, begins)]
 
     def acting_on(self, vehicle_id: str) -> Iterable[tuple[InjectionKind, int | None]]:
-        """Return what acts on a vehicle now."""
-        return [
-            (kind, code) for (name, kind, code), held in self._holders.items() if held and name == vehicle_id
-        ]
+        """Return what acts on a vehicle now, in the order in which it began."""
+        return tuple(self._acting.get(vehicle_id, ()))
 
 
 def _chosen(injection: Injection, bound: Sequence[tuple[str, str]]) -> tuple[str, ...]:

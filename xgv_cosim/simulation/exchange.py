@@ -22,9 +22,22 @@ def front_distance_m(parameters: ParameterColumns) -> FloatColumn:
     return parameters.wheelbase_m + parameters.front_overhang_m
 
 
-def computer_axes(fleet: Fleet) -> tuple[BoolColumn, BoolColumn]:
-    """Return which slots' (speed, steering) the plant governs rather than the world's driver."""
-    return fleet.longitudinal != Longitudinal.DRIVER, fleet.lateral != Lateral.DRIVER
+def nobody_yet(fleet: Fleet) -> tuple[BoolColumn, BoolColumn]:
+    """Return owners of (speed, steering) for the begin of a step: the computer has neither yet."""
+    return np.zeros(fleet.num_slots, np.bool_), np.zeros(fleet.num_slots, np.bool_)
+
+
+def also_computers(fleet: Fleet, so_far: tuple[BoolColumn, BoolColumn]) -> tuple[BoolColumn, BoolColumn]:
+    """Return which slots' (speed, steering) the plant governs in this world step.
+
+    An axis that is the computer's in any part of the step is placed by the plant, so that an edge
+    inside the step acts on its own tick (XGV-71); the world's driver has only what is his throughout.
+    """
+    speed, steering = so_far
+    return (
+        speed | (fleet.longitudinal != Longitudinal.DRIVER),
+        steering | (fleet.lateral != Lateral.DRIVER),
+    )
 
 
 def placement_of(
@@ -59,7 +72,7 @@ def adopt(
     rows: IntColumn,
     computer_speed: BoolColumn,
     computer_steering: BoolColumn,
-    heading_before_rad: FloatColumn,
+    before: Motion,
 ) -> Motion:
     """Return the motion with what the world moved itself.
 
@@ -73,7 +86,7 @@ def adopt(
         rows: Their rows in the snapshot, shape ``(n,)``.
         computer_speed: Over all slots, as placed.
         computer_steering: Over all slots, as placed.
-        heading_before_rad: Over all slots, at the start of the step.
+        before: The motion at the start of the step.
     """
     motion = Motion(*(column.copy() for column in fleet.motion))
     drives, steers = ~computer_speed[slots], ~computer_steering[slots]
@@ -84,12 +97,15 @@ def adopt(
     motion.speed_error_integral_m[by_speed] = 0.0
     motion.throttle[by_speed] = 0.0
     motion.brake[by_speed] = 0.0
-    curvature = _driven_curvature(motion, heading_before_rad)[by_steering]
-    motion.curvature_per_m[by_steering] = curvature
-    motion.steer_rad[by_steering] = np.arctan(curvature * fleet.parameters.wheelbase_m[by_steering])
     reach = front_distance_m(fleet.parameters)[slots]
     motion.x_m[slots] = snapshot.front_x_m[rows] - reach * np.cos(motion.heading_rad[slots])
     motion.y_m[slots] = snapshot.front_y_m[rows] - reach * np.sin(motion.heading_rad[slots])
+    east, north = motion.x_m - before.x_m, motion.y_m - before.y_m
+    forward = east * np.cos(motion.heading_rad) + north * np.sin(motion.heading_rad)
+    motion.travelled_m[by_speed] = forward[by_speed]
+    curvature = _driven_curvature(motion, before.heading_rad)[by_steering]
+    motion.curvature_per_m[by_steering] = curvature
+    motion.steer_rad[by_steering] = np.arctan(curvature * fleet.parameters.wheelbase_m[by_steering])
     return motion
 
 

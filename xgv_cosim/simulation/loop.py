@@ -1,4 +1,4 @@
-"""The order of a step. Dense columns of ``Fleet`` are assigned here and nowhere else."""
+"""The order of a step. Whole columns of ``Fleet`` are assigned here; single cells by its neighbours."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import numpy as np
 
 from xgv_cosim import kernel
 from xgv_cosim.clock import Clock, time_of_tick_s
-from xgv_cosim.columns import BoolColumn, FloatColumn
+from xgv_cosim.columns import BoolColumn
 from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
-from xgv_cosim.fleet import Fleet
+from xgv_cosim.errors import WorldError
+from xgv_cosim.fleet import Fleet, Motion
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
     commanding,
@@ -57,6 +58,7 @@ class Simulation:
         self.world = world
         self._selector = selector
         self._references = ReferenceGenerator()
+        self._broken = False
         self.snapshot: Snapshot = world.start()
         if lifecycle.bind_new(self.state, world, self._selector, self.snapshot):
             self._resolve_modes()
@@ -85,25 +87,39 @@ class Simulation:
         return VehicleHandle(self.state, self.state.vehicle(vehicle_id).vehicle_id)
 
     def step(self) -> Snapshot:
-        """Advance by one world step and return the world after it."""
+        """Advance by one world step and return the world after it.
+
+        Raises:
+            UnknownVehicleError: An injection names a vehicle that the world has never heard of.
+            WorldError: The traffic engine failed, or an earlier step did; the run is over.
+        """
+        if self._broken:
+            raise WorldError("an earlier step failed, so this simulation is over; open a new one")
+        self._broken = True
+        snapshot = self._step()
+        self._broken = False
+        return snapshot
+
+    def _step(self) -> Snapshot:
         state, fleet, clock = self.state, self.fleet, self.state.clock
         tick, end = clock.tick, clock.tick + clock.ticks_per_step
-        heading_before_rad = fleet.motion.heading_rad
+        before = fleet.motion
         fleet.motion = fleet.motion._replace(travelled_m=np.zeros(fleet.num_slots))
         requests.apply_requests(state)
+        requests.apply_scheduled(state, self.world, tick)
         commanding.receive(state)
-        owners: tuple[BoolColumn, BoolColumn] | None = None
+        by_computer = exchange.nobody_yet(fleet)
         while tick < end:
-            requests.apply_scheduled(state, self.world, tick)
             commanding.meet_deadlines(state)
             self._resolve_modes()
-            owners = owners or exchange.computer_axes(fleet)  # the world changes owners at its own step
+            by_computer = exchange.also_computers(fleet, by_computer)
             until = requests.next_edge(state, tick, end)
             self._advance_motion(until - tick)
             tick = clock.tick = until
-        by_computer = owners or exchange.computer_axes(fleet)
+            if tick < end:
+                requests.apply_scheduled(state, self.world, tick)
         self.snapshot = snapshot = self.world.step(exchange.placement_of(fleet, fleet.bound, *by_computer))
-        self._adopt(snapshot, *by_computer, heading_before_rad)
+        self._adopt(snapshot, *by_computer, before)
         reporting.note_world(state, snapshot)
         lifecycle.release_gone(state, self.world, snapshot)
         if lifecycle.bind_new(state, self.world, self._selector, snapshot):
@@ -167,7 +183,7 @@ class Simulation:
         snapshot: Snapshot,
         computer_speed: BoolColumn,
         computer_steering: BoolColumn,
-        heading_before_rad: FloatColumn,
+        before: Motion,
     ) -> None:
         """Take back what the world moved itself: the driver's axes, and positions of lane couplings."""
         fleet = self.fleet
@@ -177,14 +193,5 @@ class Simulation:
         rows = exchange.rows_of(snapshot, [str(fleet.ids[slot]) for slot in slots.tolist()])
         present = rows >= 0
         fleet.motion = exchange.adopt(
-            fleet,
-            snapshot,
-            slots[present],
-            rows[present],
-            computer_speed,
-            computer_steering,
-            heading_before_rad,
-        )
-        fleet.reference = setpoints.seeded_references(
-            fleet.reference, fleet.motion, ~computer_speed, ~computer_steering
+            fleet, snapshot, slots[present], rows[present], computer_speed, computer_steering, before
         )

@@ -56,9 +56,11 @@ def _released_since(released: BoolColumn, since_s: FloatColumn, now_s: float) ->
     return np.where(released, np.minimum(since_s, now_s), np.inf)
 
 
-def _has_driver(fleet: Fleet, engaged: BoolColumn, since_s: FloatColumn, now_s: float) -> BoolColumn:
-    """Return who of those released has a driver by now (XGV-64)."""
-    reacted = engaged | (now_s - since_s >= fleet.driver_reaction_s - 1e-9)
+def _has_driver(
+    fleet: Fleet, engaged: BoolColumn, held: BoolColumn, since_s: FloatColumn, now_s: float
+) -> BoolColumn:
+    """Return who of those released has a driver by now; who holds the axis already keeps it (XGV-64)."""
+    reacted = engaged | held | (now_s - since_s >= fleet.driver_reaction_s - 1e-9)
     present: BoolColumn = (fleet.driver == Driver.WORLD) | ((fleet.driver == Driver.RIDER) & reacted)
     return present
 
@@ -75,8 +77,9 @@ def take_axes(fleet: Fleet, answer: Resolution, now_s: float) -> AxisModes:
     steering_released = answer.lateral == Lateral.FREE
     speed_since = _released_since(speed_released, fleet.speed_released_s, now_s)
     steering_since = _released_since(steering_released, fleet.steering_released_s, now_s)
-    drives = speed_released & _has_driver(fleet, answer.driver_engaged, speed_since, now_s)
-    steers = steering_released & _has_driver(fleet, answer.driver_engaged, steering_since, now_s)
+    drove, steered = fleet.longitudinal == Longitudinal.DRIVER, fleet.lateral == Lateral.DRIVER
+    drives = speed_released & _has_driver(fleet, answer.driver_engaged, drove, speed_since, now_s)
+    steers = steering_released & _has_driver(fleet, answer.driver_engaged, steered, steering_since, now_s)
     bound = np.zeros(fleet.num_slots, np.bool_)
     bound[fleet.bound] = True
     waiting = bound & ~handed_over
@@ -88,3 +91,11 @@ def take_axes(fleet: Fleet, answer: Resolution, now_s: float) -> AxisModes:
         steering_released_s=steering_since,
         handed_over=handed_over,
     )
+
+
+def next_take_over_s(fleet: Fleet) -> float:
+    """Return when the next rider takes an axis that nobody has, ``inf`` if none will (XGV-64)."""
+    waits = fleet.driver == Driver.RIDER
+    speed = np.where(waits & (fleet.longitudinal == Longitudinal.FREE), fleet.speed_released_s, np.inf)
+    steering = np.where(waits & (fleet.lateral == Lateral.FREE), fleet.steering_released_s, np.inf)
+    return float(np.min(np.minimum(speed, steering) + fleet.driver_reaction_s))

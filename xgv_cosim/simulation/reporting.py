@@ -6,7 +6,7 @@ import numpy as np
 
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn, UInt8Column
-from xgv_cosim.injection import InjectionKind
+from xgv_cosim.simulation import commanding
 from xgv_cosim.simulation.moding import AxisModes
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
@@ -49,12 +49,13 @@ def note_failed_references(state: RunState, failed: BoolColumn) -> None:
     for slot in np.flatnonzero(failed).tolist():
         if state.fleet.ids[slot] is None:
             continue
-        vehicle_id = str(state.fleet.ids[slot])
-        state.note(
-            vehicle_id, "controller_failed", reasons=("its speed or curvature reference is not valid",)
-        )
-        code = state.vehicles[vehicle_id].binding.profile.controller_failure_code
-        state.request(vehicle_id, InjectionKind.ERROR, code)
+        vehicle = state.vehicles[str(state.fleet.ids[slot])]
+        code = vehicle.binding.profile.controller_failure_code
+        raised = vehicle.endpoint.raise_error(code, state.now_s)
+        if raised:  # not again while the error stands
+            reason = "its speed or curvature reference is not valid"
+            state.note(vehicle.vehicle_id, "controller_failed", reasons=(reason,))
+            commanding.handle(state, vehicle, raised)
 
 
 def note_world(state: RunState, snapshot: Snapshot) -> None:
@@ -63,6 +64,9 @@ def note_world(state: RunState, snapshot: Snapshot) -> None:
         state.note(vehicle_id, "world_note", reasons=(text,))
     for vehicle_id in snapshot.teleported:
         state.note(vehicle_id, "teleport")
-    for collision in snapshot.collisions:
+    contacts = {(collision.collider, collision.victim) for collision in snapshot.collisions}
+    begun = [c for c in snapshot.collisions if (c.collider, c.victim) not in state.contacts]
+    state.contacts = contacts
+    for collision in begun:
         place = f"{collision.kind} on lane {collision.lane_id} at {collision.position_m:.1f} m"
         state.note(collision.collider, "collision", after=collision.victim, reasons=(place,))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from difflib import get_close_matches
 
 from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.errors import UnknownVehicleError
-from xgv_cosim.simulation import commanding
+from xgv_cosim.simulation import commanding, moding
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.devices import OPERATOR, Edge
 from xgv_cosim.simulation.state import RunState
@@ -58,9 +59,9 @@ def apply_scheduled(state: RunState, world: World, tick: int) -> None:
 def next_edge(state: RunState, tick: int, end: int) -> int:
     """Return the next tick after ``tick`` on which something acts, at most ``end``."""
     ticks = state.devices.ticks_between(tick + 1, end)
-    deadline_s = commanding.next_deadline_s(state)
-    if deadline_s < end:
-        ticks.append(max(tick + 1, tick_at_or_after(deadline_s)))
+    for deadline_s in (commanding.next_deadline_s(state), moding.next_take_over_s(state.fleet)):
+        if math.isfinite(deadline_s):
+            ticks.append(max(tick + 1, tick_at_or_after(deadline_s)))
     return min([end, *ticks])
 
 
@@ -69,8 +70,9 @@ def apply_edges(state: RunState, edges: list[Edge]) -> None:
     for edge in edges:
         name = edge.kind.value
         if edge.vehicle_id not in state.vehicles:
-            reason = "the vehicle is not bound now; if it is bound while this lasts, it meets it then"
-            state.note(edge.vehicle_id, "injection_without_vehicle", after=name, reasons=(reason,))
+            if edge.begins:
+                reason = "the vehicle is not bound now; if it is bound while this lasts, it meets it then"
+                state.note(edge.vehicle_id, "injection_without_vehicle", after=name, reasons=(reason,))
             continue
         vehicle = state.vehicles[edge.vehicle_id]
         effect = vehicle.binding.profile.effects.get(edge.kind)

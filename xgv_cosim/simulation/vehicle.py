@@ -83,23 +83,27 @@ class VehicleHandle:
         """Begin or end anything of the injection vocabulary.
 
         Raises:
-            ScenarioError: An unknown kind.
+            ScenarioError: An unknown kind, an error without a known code, or a code that does not belong.
         """
         try:
             known = InjectionKind(kind)
         except ValueError:
             kinds = ", ".join(member.value for member in InjectionKind)
             raise ScenarioError(f"inject: got kind {kind!r}, expected one of {kinds}") from None
+        self._state.vehicle(self.vehicle_id).binding.profile.validate_injection(known, code)
         self._state.request(self.vehicle_id, known, code, begins=begins)
 
-    def set_partial_mode(self, mode: Literal["full", "manual_steering", "manual_speed"]) -> None:
+    def set_partial_mode(
+        self, mode: Literal["full", "manual_steering", "manual_speed", "both_manual"]
+    ) -> None:
         """Choose at the vehicle's display which axes the computer controls (XGV-39, XGV-40).
 
         Raises:
-            ScenarioError: An unknown mode, or one that needs a driver where there is none (XGV-41).
+            ScenarioError: An unknown mode, both manual where that is not allowed, or one that needs a
+                driver where there is none (XGV-41).
         """
-        if mode not in PARTIAL_NAMES[:3]:
-            raise ScenarioError(f"partial mode: got {mode!r}, expected one of {', '.join(PARTIAL_NAMES[:3])}")
+        if mode not in PARTIAL_NAMES:
+            raise ScenarioError(f"partial mode: got {mode!r}, expected one of {', '.join(PARTIAL_NAMES)}")
         bits = PARTIAL_NAMES.index(mode)
         vehicle = self._state.vehicle(self.vehicle_id)
         vehicle.binding.profile.validate_partial_mode(bits, vehicle.binding.driver)

@@ -115,6 +115,14 @@ class VehicleProfile(Protocol):
         """Return modes and axis control for all slots by table look-up."""
         ...
 
+    def validate_injection(self, kind: InjectionKind, code: int | None) -> None:
+        """Refuse an error without a code that this profile has, and a code where none belongs.
+
+        Raises:
+            ScenarioError: The two do not fit together.
+        """
+        ...
+
     def validate_partial_mode(self, bits: int, driver: Driver) -> None:
         """Refuse a partial mode that makes no sense for this profile (XGV-41).
 

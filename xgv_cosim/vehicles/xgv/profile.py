@@ -12,6 +12,7 @@ from xgv_cosim.vehicles.base import Assumption, InjectionEffect, ModeInputs, Res
 from xgv_cosim.vehicles.xgv import modes, tables
 from xgv_cosim.vehicles.xgv.assumptions import ledger
 from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
+from xgv_cosim.vehicles.xgv.errors import ERRORS
 from xgv_cosim.vehicles.xgv.settings import PauseSteering, XgvSettings
 
 EFFECTS: Mapping[InjectionKind, InjectionEffect] = MappingProxyType(
@@ -83,6 +84,18 @@ class XgvProfile:
         if modes.SafetyMode.SOFTWARE_PAUSE <= code < modes.SafetyMode.ESTOP_PAUSE:
             return modes.SafetyMode.SOFTWARE_PAUSE.name.lower()
         return modes.SafetyMode(code).name.lower()
+
+    def validate_injection(self, kind: InjectionKind, code: int | None) -> None:
+        """Check that an error comes with a code of the XGV, and nothing else with any (XGV-38).
+
+        Raises:
+            ScenarioError: The two do not fit together.
+        """
+        if kind is not InjectionKind.ERROR and code is not None:
+            raise ScenarioError(f"{kind.value}: got code {code!r}, expected none; only error has one")
+        if kind is InjectionKind.ERROR and code not in ERRORS:
+            known = ", ".join(map(str, sorted(ERRORS)))
+            raise ScenarioError(f"error: got code {code!r}, expected one that the XGV has: {known}")
 
     def validate_partial_mode(self, bits: int, driver: Driver, *, forced: bool = False) -> None:
         """Check a partial mode that the operator wants to set (XGV-40, XGV-41).

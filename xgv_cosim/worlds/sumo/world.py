@@ -79,7 +79,9 @@ class SumoWorld:
         Raises:
             WorldError: The world is closed.
         """
-        return vehicle_id in self._open().libsumo.vehicle.getLoadedIDList()
+        flow, _, number = vehicle_id.rpartition(".")
+        from_a_flow = bool(flow) and number.isdecimal()  # SUMO names these only as it inserts them
+        return from_a_flow or vehicle_id in self._open().libsumo.vehicle.getLoadedIDList()
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Take a vehicle of SUMO into the placement from the next step on.

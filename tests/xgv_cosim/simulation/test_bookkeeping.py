@@ -1,0 +1,82 @@
+"""Slots, sources and the journal, without any traffic."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from xgv_cosim.clock import Clock
+from xgv_cosim.errors import ScenarioError, UnknownVehicleError
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.injection import Injection, InjectionKind
+from xgv_cosim.simulation import Journal
+from xgv_cosim.simulation.devices import OPERATOR, Devices, Edge
+from xgv_cosim.simulation.reporting import note_world
+from xgv_cosim.simulation.state import RunState
+from xgv_cosim.snapshot import Collision, Snapshot
+
+
+def test_a_vacated_slot_is_as_new_and_is_used_again() -> None:
+    fleet, fresh = Fleet(), Fleet()
+    slot = fleet.occupy("a")
+    columns = {name: getattr(fleet, name) for name in fleet.__slots__ if name != "ids"}
+    for value in columns.values():
+        for column in value if isinstance(value, tuple) else (value,):
+            column[slot] = 1 if column[slot] == 0 else 0
+    assert fleet.vacate("a") == slot
+    for name, value in columns.items():
+        kept, new = getattr(fleet, name), getattr(fresh, name)
+        for column, other in zip(
+            kept if isinstance(value, tuple) else (kept,),
+            new if isinstance(value, tuple) else (new,),
+            strict=True,
+        ):
+            np.testing.assert_array_equal(column, other, err_msg=name)
+    assert fleet.occupy("b") == slot
+
+
+def test_a_full_fleet_doubles_and_keeps_its_rows() -> None:
+    fleet = Fleet()
+    first = fleet.num_slots
+    for number in range(first + 1):
+        slot = fleet.occupy(f"car_{number}")
+        fleet.motion.speed_mps[slot] = number
+    assert fleet.num_slots == 2 * first
+    assert fleet.motion.speed_mps[: first + 1].tolist() == list(range(first + 1))
+    with pytest.raises(ScenarioError, match="bound already"):
+        fleet.occupy("car_3")
+    with pytest.raises(UnknownVehicleError, match="car_99"):
+        fleet.vacate("car_99")
+
+
+def test_sources_hold_together_and_patterns_choose_when_the_injection_begins() -> None:
+    door = InjectionKind.DOOR
+    devices = Devices(
+        [
+            Injection(5, door, ("a",), end_tick=9),
+            Injection(6, door, matches=lambda name, kind: kind == "xgv", end_tick=8),
+        ]
+    )
+    bound = [("a", "xgv"), ("b", "xgv"), ("c", "car")]
+    assert devices.ticks_between(0, 100) == [5, 6, 8, 9]
+    assert devices.due(5, bound) == [Edge("a", door, None, begins=True)]
+    assert devices.due(6, bound) == [Edge("b", door, None, begins=True)]
+    assert devices.acting_on("b") == ((door, None),)
+    assert devices.change(OPERATOR, "b", door, begins=True) == []
+    assert devices.due(8, [*bound, ("d", "xgv")]) == []  # b is still held, d came too late
+    assert devices.change(OPERATOR, "b", door, begins=False) == [Edge("b", door, None, begins=False)]
+    assert devices.due(9, bound) == [Edge("a", door, None, begins=False)]
+    assert devices.acting_on("a") == ()
+
+
+def snapshot_with(*collisions: Collision) -> Snapshot:
+    none, ints = np.zeros(0), np.zeros(0, np.int64)
+    return Snapshot(0.0, (), (), *[none] * 7, ints, none, ints, ints, none, ints, none, collisions=collisions)
+
+
+def test_a_collision_is_one_event_however_long_it_lasts() -> None:
+    state = RunState(Clock(), Journal(), Devices())
+    contact = Collision("a", "b", "collision", "lane_0", 12.0)
+    for collisions in ([contact], [contact], [], [contact]):
+        note_world(state, snapshot_with(*collisions))
+    assert [(event.vehicle, event.after) for event in state.journal.events] == [("a", "b"), ("a", "b")]
