@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from xgv_cosim.columns import FloatColumn
 
 DEFAULT_PRESET = "ford_escape_hybrid"
+GRAVITY_MPS2 = 9.81
+"""Of the plant and of every metric that is held against it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from xgv_cosim.metrics.gaps import GapLows
 from xgv_cosim.metrics.stops import StopMetrics, stop_metrics
 from xgv_cosim.metrics.surrogate import time_to_collision_s
 from xgv_cosim.metrics.watch import VehicleSeries, Watch
 
-__all__ = ["StopMetrics", "VehicleSeries", "Watch", "stop_metrics", "time_to_collision_s"]
+__all__ = ["GapLows", "StopMetrics", "VehicleSeries", "Watch", "stop_metrics", "time_to_collision_s"]

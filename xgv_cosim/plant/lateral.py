@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from xgv_cosim.jit import inlinable
-from xgv_cosim.plant.longitudinal import GRAVITY_MPS2
+from xgv_cosim.parameters import GRAVITY_MPS2
 
 
 @inlinable

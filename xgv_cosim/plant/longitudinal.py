@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from xgv_cosim.jit import inlinable
+from xgv_cosim.parameters import GRAVITY_MPS2
 
-GRAVITY_MPS2 = 9.81
 SHORT_OF_LOCK_UP = 0.95
 """Share of the grip that maximum braking uses: an anti-lock controller's mean slip stays below the peak."""
 

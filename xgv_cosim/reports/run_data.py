@@ -12,12 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from xgv_cosim.errors import ReplayError
-from xgv_cosim.metrics.stops import STANDSTILL_HELD_S, STANDSTILL_MPS
-from xgv_cosim.recording import EVENTS, RESULT, ROAD, TRAJECTORY, Trajectory, read_trajectory
-
-RESULT_SCHEMA = "xgv-cosim/result/1"
-AFTER_THE_EVENT_S = 10.0
-"""A standstill belongs to an injection until this long after its end, as in ``result.json``."""
+from xgv_cosim.metrics.standstill import first_standstill_s
+from xgv_cosim.metrics.stops import judged_until_s
+from xgv_cosim.recording import EVENTS, RESULT, RESULT_SCHEMA, ROAD, TRAJECTORY, Trajectory, read_trajectory
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,22 +77,15 @@ class RunData:
     def standstill_s(self, vehicle_id: str, injection: Mapping[str, Any]) -> float | None:
         """Return when the vehicle came to a standstill because of an injection, None if it did not.
 
-        Standstill is what ``metrics.stops`` says: slow enough for long enough.
+        Standstill is what ``metrics.standstill`` says: slow enough for long enough.
         """
         track = self.trajectory
         if track is None or vehicle_id not in track.rows_of:
             return None
         rows = track.rows_of[vehicle_id]
-        end_s = injection.get("end_s")
-        until_s = np.inf if end_s is None else float(end_s) + AFTER_THE_EVENT_S
-        window = (track.time_s[rows] >= float(injection["at_s"])) & (track.time_s[rows] <= until_s)
-        time_s = track.time_s[rows][window]
-        moving_s = time_s[np.abs(track["measured_speed"][rows][window]) >= STANDSTILL_MPS]
-        for start_s in time_s[~np.isin(time_s, moving_s)].tolist():
-            later_s = moving_s[moving_s > start_s]
-            if not len(later_s) or later_s[0] - start_s > STANDSTILL_HELD_S:
-                return float(start_s)
-        return None
+        until_s = judged_until_s(injection.get("end_s"))
+        speed_mps = track["measured_speed"][rows]
+        return first_standstill_s(track.time_s[rows], speed_mps, float(injection["at_s"]), until_s)
 
 
 def read_run(folder: Path) -> RunData:

@@ -3,6 +3,9 @@
 ``by_s`` reads "at this time": the mode is in force, the vehicle stands, whenever that began. So
 "drive_by_wire by 50" says something about a vehicle that was paused at 20, although it drove by wire
 before as well. For ``no_collision`` and ``min_gap_m`` it reads "up to this time".
+
+``always`` with a mode begins at the vehicle's hand-over: every car starts in software pause while the
+world's driver still drives, and no mode but that one could ever hold from the first tick on.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from xgv_cosim.metrics.standstill import is_held, is_slow, stops_of
 from xgv_cosim.scenario.problems import word_hint
 
 if TYPE_CHECKING:
@@ -21,10 +25,6 @@ if TYPE_CHECKING:
     from xgv_cosim.columns import BoolColumn, FloatColumn
     from xgv_cosim.scenario.model import ExpectationSection
 
-STANDSTILL_MPS = 0.1
-"""Slower than this counts as standing."""
-STANDSTILL_HELD_S = 0.5
-"""A vehicle stands when it has been that slow for this long."""
 _TOLERANCE_S = 1e-6
 """Far below the control tick; forgives the rounding of times."""
 _NO_MOTION = "nothing was recorded of its motion"
@@ -43,13 +43,15 @@ class Outcome(StrEnum):
 class VehicleFacts:
     """What one bound vehicle did; measured values, all times since the start of the run.
 
-    ``speed_mps``, ``gap_ahead_m`` and ``gap_behind_m`` belong to ``t_s``, shape ``(k,)``, ascending;
-    they may be empty where only modes are known.
+    ``speed_mps`` belongs to ``t_s``, shape ``(k,)``, ascending; the gaps to ``gap_t_s`` likewise. They may
+    be empty where they are not known.
     """
 
     t_s: FloatColumn
     speed_mps: FloatColumn
     """Negative in reverse."""
+    gap_t_s: FloatColumn
+    """Times with a gap; enough of them that the least gap up to any time is among them."""
     gap_ahead_m: FloatColumn
     """Bumper to bumper, ``inf`` without a vehicle ahead, NaN where unknown."""
     gap_behind_m: FloatColumn
@@ -58,6 +60,8 @@ class VehicleFacts:
     """When each of ``modes`` came into force, ascending; exact to the control tick."""
     modes: Sequence[str]
     """Safety modes by name, in the order in which they came into force."""
+    handover_s: float = -np.inf
+    """Since when the computer has the vehicle; ``always`` does not look at modes before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,10 +172,12 @@ def _mode(row: ExpectationSection, facts: RunFacts) -> tuple[Outcome, str]:
     vehicle = _facts_of(row, facts)
     spans = [*zip(vehicle.mode_t_s, vehicle.modes, strict=True)]
     if row.by_s is None:
-        other = next(((t_s, mode) for t_s, mode in spans if mode != row.mode), None)
+        ended = [t_s <= vehicle.handover_s + _TOLERANCE_S for t_s, _ in spans[1:]] + [False]
+        judged = [span for span, is_over in zip(spans, ended, strict=False) if not is_over]
+        other = next(((t_s, mode) for t_s, mode in judged if mode != row.mode), None)
         if other is not None:
             return Outcome.FAILED, f"{other[1]} from {_time(other[0])}"
-        return (Outcome.OK, "in force throughout") if spans else (Outcome.FAILED, "it had no mode at all")
+        return (Outcome.OK, _throughout(vehicle)) if spans else (Outcome.FAILED, "it had no mode at all")
     at_s = min(row.by_s, facts.end_s)
     left = _left_early(vehicle, at_s, facts)
     if left is not None:
@@ -187,6 +193,11 @@ def _mode(row: ExpectationSection, facts: RunFacts) -> tuple[Outcome, str]:
     return _early_or_failed(
         row, facts, f"{mode} since {_time(since_s)}; {_when_in_force(spans, row.mode, facts.end_s)}"
     )
+
+
+def _throughout(vehicle: VehicleFacts) -> str:
+    since = f" since the hand-over at {_time(vehicle.handover_s)}" if vehicle.handover_s > 0.0 else ""
+    return f"in force throughout{since}"
 
 
 def _early_or_failed(row: ExpectationSection, facts: RunFacts, seen: str) -> tuple[Outcome, str]:
@@ -220,7 +231,7 @@ def _standstill(row: ExpectationSection, facts: RunFacts) -> tuple[Outcome, str]
     vehicle = _facts_of(row, facts)
     if vehicle.t_s.size == 0:
         return Outcome.FAILED, _NO_MOTION
-    slow = np.abs(vehicle.speed_mps) < STANDSTILL_MPS
+    slow = is_slow(vehicle.speed_mps)
     if row.by_s is None:
         return _standstill_always(vehicle, slow)
     return _standstill_at(row, row.by_s, facts, slow)
@@ -242,7 +253,7 @@ def _standstill_at(
     if left is not None:
         return Outcome.FAILED, left
     stops = stops_of(vehicle.t_s, slow)
-    long_enough = [stop for stop in stops if stop[1] - stop[0] >= STANDSTILL_HELD_S - _TOLERANCE_S]
+    long_enough = [stop for stop in stops if is_held(*stop)]
     here = [
         stop for stop in stops if stop[0] <= at_s + _TOLERANCE_S and stop[1] >= _last_sample(vehicle, at_s)
     ]
@@ -255,14 +266,6 @@ def _standstill_at(
             f"stood since {_time(here[0][0])} when the run ended at {_time(facts.end_s)}",
         )
     return _early_or_failed(row, facts, _how_it_moved(vehicle, at_s, long_enough))
-
-
-def stops_of(t_s: FloatColumn, slow: BoolColumn) -> list[tuple[float, float]]:
-    """Return (first, last) sample time of each unbroken series of samples at which the vehicle was slow."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], slow, [False]])))
-    return [
-        (float(t_s[begin]), float(t_s[end - 1])) for begin, end in zip(edges[::2], edges[1::2], strict=True)
-    ]
 
 
 def _last_sample(vehicle: VehicleFacts, at_s: float) -> float:
@@ -300,12 +303,12 @@ def _min_gap(row: ExpectationSection, facts: RunFacts) -> tuple[Outcome, str]:
     smallest: tuple[float, float, str, str] | None = None
     chosen = facts.vehicles if row.vehicle is None else {row.vehicle: facts.vehicles[row.vehicle]}
     for vehicle_id, vehicle in chosen.items():
-        within = vehicle.t_s <= until_s + _TOLERANCE_S
+        within = vehicle.gap_t_s <= until_s + _TOLERANCE_S
         for side, gaps_m in (("ahead", vehicle.gap_ahead_m), ("behind", vehicle.gap_behind_m)):
             known = within & ~np.isnan(gaps_m)
             if known.any():
                 index = int(np.argmin(gaps_m[known]))
-                here = (float(gaps_m[known][index]), float(vehicle.t_s[known][index]), vehicle_id, side)
+                here = (float(gaps_m[known][index]), float(vehicle.gap_t_s[known][index]), vehicle_id, side)
                 smallest = here if smallest is None or here < smallest else smallest
     if smallest is None:
         return Outcome.FAILED, "no gap was measured"

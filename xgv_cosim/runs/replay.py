@@ -8,7 +8,7 @@ from pathlib import Path
 
 from xgv_cosim.recording import TRACE, TraceDifference, first_difference
 from xgv_cosim.runs.lock import read_lock
-from xgv_cosim.runs.result import read_result
+from xgv_cosim.runs.result import RunStatus, read_result
 from xgv_cosim.runs.running import Progress, run_scenario
 from xgv_cosim.runs.versions import recorded_versions
 
@@ -40,12 +40,15 @@ def replay(folder: Path, progress: Progress | None = None) -> Replay:
     Raises:
         ReplayError: The folder is not a run folder.
         WorldError: SUMO cannot start.
+        KeyboardInterrupt: Ctrl-C; a replay that was cut short says nothing about the record.
     """
     lock = read_lock(folder)
     recorded = read_result(folder)
     with tempfile.TemporaryDirectory(prefix="xgv-cosim-replay-") as scratch:
         target = Path(scratch) / "run"
         again = run_scenario(lock.scenario, target, progress=progress, num_steps=int(recorded["num_steps"]))
+        if again.status is RunStatus.INTERRUPTED:
+            raise KeyboardInterrupt
         difference = first_difference(folder / TRACE, target / TRACE)
     present = recorded_versions()
     return Replay(

@@ -14,15 +14,14 @@ import numpy as np
 from xgv_cosim.errors import ReplayError
 from xgv_cosim.events import Event
 from xgv_cosim.metrics import VehicleSeries, Watch
-from xgv_cosim.recording import RESULT, write_whole_file
+from xgv_cosim.recording import RESULT, RESULT_SCHEMA, write_whole_file
 from xgv_cosim.recording.disk import fail
+from xgv_cosim.runs.effects import facts_that_acted, handovers_s
 from xgv_cosim.runs.expectations import CollisionFact, Outcome, RunFacts, VehicleFacts, evaluate
-from xgv_cosim.runs.vehicles import vehicle_rows
+from xgv_cosim.runs.vehicles import by_vehicle, vehicle_rows
 from xgv_cosim.runs.versions import recorded_versions
 from xgv_cosim.scenario.building import profile_of
 from xgv_cosim.scenario.model import Scenario
-
-SCHEMA = "xgv-cosim/result/1"
 
 
 class RunStatus(StrEnum):
@@ -79,7 +78,7 @@ def result_of(
     if status is RunStatus.OK and any(row.outcome is not Outcome.OK for row in expectations):
         status = RunStatus.FAILED
     data: dict[str, Any] = {
-        "schema": SCHEMA,
+        "schema": RESULT_SCHEMA,
         "status": status.value,
         "error": outcome.error or None,
         "scenario": scenario.name,
@@ -109,32 +108,36 @@ def result_of(
 
 
 def facts_of(watch: Watch, series: dict[str, VehicleSeries], end_s: float, duration_s: float) -> RunFacts:
-    """Return what the expectations are held against; a vehicle that is not watched has modes only."""
+    """Return what the expectations are held against.
+
+    A vehicle that is not watched has modes and gaps, but no speeds: no expectation asks for them.
+    """
     nothing = np.zeros(0)
-    changes: dict[str, list[Event]] = {}
-    for event in watch.events:
-        if event.kind == "bound":
-            changes.setdefault(event.vehicle, [])
-        elif event.kind == "safety_mode":
-            changes.setdefault(event.vehicle, []).append(event)
+    lows = watch.gap_lows
+    handed_over = handovers_s(watch.events)
     vehicles: dict[str, VehicleFacts] = {}
-    for name, modes in changes.items():
-        seen = series.get(name)
+    for name, events in by_vehicle(watch.events).items():
+        if not any(event.kind == "bound" for event in events):
+            continue
+        seen, gaps = series.get(name), lows.get(name)
+        modes = [event for event in events if event.kind == "safety_mode"]
         vehicles[name] = VehicleFacts(
             t_s=seen.t_s if seen else nothing,
             speed_mps=seen.speed_mps if seen else nothing,
-            gap_ahead_m=seen.leader_gap_m if seen else nothing,
-            gap_behind_m=seen.follower_gap_m if seen else nothing,
+            gap_t_s=gaps.t_s if gaps else nothing,
+            gap_ahead_m=gaps.ahead_m if gaps else nothing,
+            gap_behind_m=gaps.behind_m if gaps else nothing,
             mode_t_s=[event.t_s for event in modes],
             modes=[event.after for event in modes],
+            handover_s=handed_over.get(name, -np.inf),
         )
     collisions = [CollisionFact(row.t_s, (row.collider, row.victim)) for row in watch.collisions]
     return RunFacts(end_s, duration_s, vehicles, collisions)
 
 
 def assumption_rows(scenario: Scenario, events: list[Event]) -> list[dict[str, Any]]:
-    """Return the ledger: every reading that the sources leave open, and whether the run met it."""
-    facts = {fact for event in events for fact in (event.kind, f"{event.kind}:{event.after}")}
+    """Return the ledger: every reading that the sources leave open, and whether it had an effect."""
+    facts = facts_that_acted(events)
     rows = []
     for assumption in profile_of(scenario).assumptions():
         row = asdict(assumption)
@@ -170,7 +173,7 @@ def read_result(folder: Path) -> dict[str, Any]:
         raise ReplayError(f"{path}: cannot be read ({error.strerror}); expected a run folder") from error
     except ValueError as error:
         raise ReplayError(f"{path}: not JSON: {error}") from error
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+    if not isinstance(data, dict) or data.get("schema") != RESULT_SCHEMA:
         got = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise ReplayError(f"{path}: got schema {got!r}, expected {SCHEMA!r}")
+        raise ReplayError(f"{path}: got schema {got!r}, expected {RESULT_SCHEMA!r}")
     return data

@@ -7,10 +7,12 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
+from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.errors import RecordingError, XgvCosimError
 from xgv_cosim.metrics import Watch
 from xgv_cosim.recording import Recorder, prepare_run_folder
 from xgv_cosim.recording.disk import fail
+from xgv_cosim.runs.interrupts import InterruptsBetweenSteps
 from xgv_cosim.runs.lock import write_lock
 from xgv_cosim.runs.result import RunOutcome, RunResult, RunStatus, result_of, write_result
 from xgv_cosim.scenario.building import build, named_vehicles, profile_of
@@ -27,19 +29,24 @@ def run_scenario(
 ) -> RunResult:
     """Run a scenario and return its result; the folder holds everything but the report.
 
-    An interrupt (Ctrl-C) ends the run early with status ``interrupted``; what was recorded is written.
+    An interrupt (Ctrl-C) ends the run after the step in which it comes, a second one at once; the status
+    is ``interrupted`` and what was recorded is written.
 
     Args:
         scenario: What to run, seed included.
         folder: A new or empty folder.
         progress: Told of each step.
-        num_steps: End after this many world steps rather than after ``duration_s``.
+        num_steps: End after this many world steps rather than after ``duration_s``, which counts as whole
+            world steps, the last one begun included.
 
     Raises:
         ScenarioError: Something the scenario names does not exist or cannot be done.
         WorldError: SUMO cannot start or failed.
-        RecordingError: The folder cannot be written. In all three cases what was recorded until then is
-            written, ``result.json`` with status ``error`` included.
+        RecordingError: The folder cannot be written.
+
+    If an input file is missing or the folder cannot be taken into use, there is no run and no
+    ``result.json``. Once the recording has begun, whatever is raised is raised after all that was recorded
+    has been written, with ``result.json`` of status ``error``, as far as the disk takes it.
     """
     require_files(scenario)
     prepare_run_folder(folder)
@@ -50,20 +57,21 @@ def run_scenario(
     watch = Watch(_watched(scenario))
     recorder = Recorder(folder, safety_mode_name=profile_of(scenario).safety_mode_name)
     outcome = RunOutcome(started_at=datetime.now(UTC))
-    wanted = num_steps if num_steps is not None else round(scenario.duration_s / scenario.step_s)
+    wanted = num_steps if num_steps is not None else steps_of(scenario)
     raised: Exception | None = None
+    simulation: Simulation | None = None
     try:
-        with build(scenario, (recorder, watch)) as simulation:
+        simulation = build(scenario, (recorder, watch))
+        with simulation:
             recorder.use_road(simulation.world.road)
-            try:
-                _advance(simulation, scenario, wanted, outcome, progress)
-            finally:
-                outcome.notes = simulation.world.messages
+            _advance(simulation, scenario, wanted, outcome, progress)
     except KeyboardInterrupt:
         outcome.status = RunStatus.INTERRUPTED
     except Exception as error:  # noqa: BLE001 - recorded with all there is, then raised again
         words = str(error) if isinstance(error, XgvCosimError) else f"{type(error).__name__}: {error}"
         outcome.status, outcome.error, raised = RunStatus.ERROR, words, error
+    if simulation is not None:
+        outcome.notes = simulation.world.messages  # only now: SUMO writes its log when it is closed
     outcome.num_steps = recorder.num_steps
     raised = _close(recorder, outcome, raised)
     result = result_of(scenario, folder, recorder.trace_hash, watch, outcome)
@@ -74,6 +82,15 @@ def run_scenario(
     if raised is not None:
         raise raised
     return result
+
+
+def steps_of(scenario: Scenario) -> int:
+    """Return the world steps of a whole run: as many as it takes to reach ``duration_s``.
+
+    A length that is no multiple of ``step_s`` is rounded up rather than refused, so that either can be
+    changed alone (``--set step_s=0.05``), and what has to hold to the end is judged to the end.
+    """
+    return -(-tick_at_or_after(scenario.duration_s) // tick_at_or_after(scenario.step_s))
 
 
 def _watched(scenario: Scenario) -> set[str]:
@@ -87,10 +104,12 @@ def _advance(
     """Step to the end, timing what the steps take."""
     began = time.perf_counter()
     try:
-        for _ in range(wanted):
-            simulation.step()
-            if progress is not None:
-                progress(simulation.now_s, wanted * scenario.step_s)
+        with InterruptsBetweenSteps() as interrupts:
+            for _ in range(wanted):
+                interrupts.check()
+                simulation.step()
+                if progress is not None:
+                    progress(simulation.now_s, wanted * scenario.step_s)
     finally:
         outcome.wall_s = time.perf_counter() - began
 

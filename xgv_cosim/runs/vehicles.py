@@ -2,35 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
 from xgv_cosim.events import Event
 from xgv_cosim.metrics import VehicleSeries, stop_metrics
+from xgv_cosim.metrics.stops import judged_until_s
 from xgv_cosim.metrics.watch import Contact
 
-AFTER_THE_EVENT_S = 10.0
-"""A stop is judged until this long after its injection has ended."""
 
-
-def injections_of(events: list[Event], vehicle_id: str) -> list[dict[str, Any]]:
-    """Return what was injected into a vehicle, from when to when (None: to the end of the run)."""
-    rows: list[dict[str, Any]] = []
+def by_vehicle(events: Iterable[Event]) -> dict[str, list[Event]]:
+    """Return the events of each vehicle, in order."""
+    grouped: dict[str, list[Event]] = {}
     for event in events:
-        if event.vehicle != vehicle_id or event.kind != "injection":
+        grouped.setdefault(event.vehicle, []).append(event)
+    return grouped
+
+
+def injections_of(events: Iterable[Event]) -> list[dict[str, Any]]:
+    """Return what was injected into one vehicle, from when to when (None: to the end of the run).
+
+    An end belongs to the injection of its kind and, for errors, of its code.
+
+    Args:
+        events: Of this vehicle.
+    """
+    rows: list[dict[str, Any]] = []
+    still_open: dict[tuple[str, tuple[str, ...]], list[dict[str, Any]]] = {}
+    for event in events:
+        if event.kind != "injection":
             continue
+        same = still_open.setdefault((event.after or event.before, event.reasons), [])
         if event.after:
-            rows.append({"kind": event.after, "at_s": event.t_s, "end_s": None})
+            same.append({"kind": event.after, "code": _code(event), "at_s": event.t_s, "end_s": None})
+            rows.append(same[-1])
         else:
-            still_open = [row for row in rows if row["kind"] == event.before and row["end_s"] is None]
-            for row in still_open:
+            for row in same:
                 row["end_s"] = event.t_s
+            same.clear()
     return rows
 
 
-def modes_of(events: list[Event], vehicle_id: str) -> list[dict[str, Any]]:
-    """Return each change of control, ready or safety mode, with the reasons of the safety mode."""
+def _code(event: Event) -> int | None:
+    """Return the error code that an injection's reasons name, None where it has none."""
+    words = " ".join(event.reasons).split()
+    return int(words[1]) if words[:1] == ["code"] else None
+
+
+def modes_of(events: Iterable[Event]) -> list[dict[str, Any]]:
+    """Return each change of one vehicle's control, ready or safety mode, with the latter's reasons."""
     now: dict[str, Any] = {
         "t_s": 0.0,
         "control_mode": "software_pause",
@@ -40,7 +61,7 @@ def modes_of(events: list[Event], vehicle_id: str) -> list[dict[str, Any]]:
     }
     rows: list[dict[str, Any]] = []
     for event in events:
-        if event.vehicle != vehicle_id or event.kind not in {"control_mode", "ready_mode", "safety_mode"}:
+        if event.kind not in {"control_mode", "ready_mode", "safety_mode"}:
             continue
         now = now | {"t_s": event.t_s, event.kind: event.after}
         if event.kind == "safety_mode":
@@ -64,33 +85,39 @@ def time_in_mode_s(modes: list[dict[str, Any]], end_s: float) -> dict[str, float
 def vehicle_rows(
     series: dict[str, VehicleSeries], events: list[Event], contacts: Sequence[Contact], end_s: float
 ) -> dict[str, Any]:
-    """Return the row of every vehicle that was ever bound, injected ones with their metrics."""
-    bound = [event for event in events if event.kind == "bound"]
+    """Return the row of every vehicle that was ever bound, injected ones with their metrics.
+
+    Each injection carries its own metrics; the vehicle's are those of its first injection.
+    """
     rows: dict[str, Any] = {}
-    for event in bound:
-        name = event.vehicle
-        injections = injections_of(events, name)
-        modes = modes_of(events, name)
-        metrics: dict[str, Any] = {"time_in_mode_s": time_in_mode_s(modes, _last_seen(events, name, end_s))}
-        if injections and name in series:
-            metrics |= _stop_row(series[name], injections[0], end_s)
-        metrics["collisions"] = sum(name in {row.collider, row.victim} for row in contacts)
+    for name, own in by_vehicle(events).items():
+        bound = [event for event in own if event.kind == "bound"]
+        if not bound:
+            continue
+        injections = injections_of(own)
+        modes = modes_of(own)
+        for injection in injections:
+            injection["metrics"] = _stop_row(series[name], injection, end_s) if name in series else {}
         rows[name] = {
-            "bound_at_s": event.t_s,
-            "binding": list(event.reasons),
+            "bound_at_s": bound[-1].t_s,
+            "binding": list(bound[-1].reasons),
             "injected": bool(injections),
             "injections": injections,
             "modes": modes,
-            "metrics": metrics,
+            "metrics": {
+                "time_in_mode_s": time_in_mode_s(modes, _last_seen(own, end_s)),
+                **(injections[0]["metrics"] if injections else {}),
+                "collisions": sum(name in {row.collider, row.victim} for row in contacts),
+            },
         }
     return rows
 
 
-def _last_seen(events: list[Event], vehicle_id: str, end_s: float) -> float:
-    gone = [event.t_s for event in events if event.vehicle == vehicle_id and event.kind == "released"]
+def _last_seen(events: Sequence[Event], end_s: float) -> float:
+    gone = [event.t_s for event in events if event.kind == "released"]
     return gone[-1] if gone else end_s
 
 
 def _stop_row(series: VehicleSeries, injection: dict[str, Any], end_s: float) -> dict[str, Any]:
-    until = end_s if injection["end_s"] is None else min(end_s, injection["end_s"] + AFTER_THE_EVENT_S)
-    return asdict(stop_metrics(series, injection["at_s"], until))
+    until_s = min(end_s, judged_until_s(injection["end_s"]))
+    return asdict(stop_metrics(series, injection["at_s"], until_s))

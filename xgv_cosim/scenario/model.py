@@ -56,7 +56,7 @@ class Scenario(Section):
     description: str = ""
     """One line: what the scenario shows."""
     duration_s: Annotated[float, Field(gt=0)]
-    """Length of the run in simulated seconds."""
+    """Length of the run in simulated seconds, rounded up to whole world steps."""
     step_s: Annotated[float, Field(gt=0, le=1)] = 0.1
     """World step, a whole multiple of 0.01 s."""
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1

@@ -171,7 +171,8 @@ class ExpectationSection(Section):
     by_s: Annotated[float, Field(ge=0)] | None = None
     """Time of the run at which, or up to which, it has to hold."""
     always: Literal[True] | None = None
-    """It has to hold through the whole run."""
+    """It has to hold through the whole run; a mode from the vehicle's hand-over on (or, for start: cold,
+    from the first change of the mode in which it starts up)."""
 
     @model_validator(mode="after")
     def _says_one_thing(self) -> Self:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from xgv_cosim.metrics.standstill import stops_of
 from xgv_cosim.runs.expectations import (
     CollisionFact,
     Outcome,
@@ -12,7 +13,6 @@ from xgv_cosim.runs.expectations import (
     VehicleFacts,
     describe,
     evaluate,
-    stops_of,
 )
 from xgv_cosim.scenario.model import ExpectationSection
 
@@ -24,7 +24,7 @@ def car(end_s=60.0, begin_s=0.1, stand=(30.0, 45.0), modes=MODES, ahead=50.0, be
     t_s = np.round(np.arange(round((end_s - begin_s) * 10) + 1) * 0.1 + begin_s, 6)
     speed_mps = np.where((t_s >= stand[0] - 1e-9) & (t_s <= stand[1] + 1e-9), 0.05, 10.0)
     gaps = [np.full(t_s.shape, gap) for gap in (ahead, behind)]
-    return VehicleFacts(t_s, speed_mps, *gaps, [t for t, _ in modes], [mode for _, mode in modes])
+    return VehicleFacts(t_s, speed_mps, t_s, *gaps, [t for t, _ in modes], [mode for _, mode in modes])
 
 
 def run(vehicle=None, *, end_s=60.0, duration_s=60.0, collisions=()):
@@ -244,7 +244,7 @@ def test_a_run_cut_short_says_what_it_can(row, expected):
 
 
 def test_without_samples_modes_are_judged_and_motion_is_not():
-    bare = VehicleFacts(*[np.zeros(0)] * 4, [0.0, 20.0], ["drive_by_wire", "estop_pause"])
+    bare = VehicleFacts(*[np.zeros(0)] * 5, [0.0, 20.0], ["drive_by_wire", "estop_pause"])
     facts = RunFacts(60.0, 60.0, {"xgv_2": bare})
     assert outcome(facts, vehicle="xgv_2", mode="estop_pause", by_s=30.0)[0] is Outcome.OK
     assert outcome(facts, vehicle="xgv_2", mode="drive_by_wire", by_s=30.0)[0] is Outcome.FAILED

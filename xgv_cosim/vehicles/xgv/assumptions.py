@@ -59,7 +59,7 @@ _READINGS = (
         "XGV-20",
         "E",
         "A request with a higher authority than the controller's preempts him; an equal one is rejected.",
-        ("component_control",),
+        ("preempted",),
     ),
     _Reading(
         "XGV-25",
@@ -130,7 +130,7 @@ _READINGS = (
         "D",
         "Re-arming as the note says, literally: the mode follows devices, control and status, and"
         " nothing latches; when a stop demand ends the car goes on by itself.",
-        ("safety_mode:drive_by_wire",),
+        ("rearmed",),
     ),
     _Reading(
         "XGV-38",
@@ -165,7 +165,7 @@ _READINGS = (
         "XGV-50",
         "D",
         "Software pause is reported as 2; the note gives 2 to 7 no further meaning.",
-        ("safety_mode:software_pause",),
+        ("reported:software_pause",),
     ),
     _Reading(
         "XGV-58",
