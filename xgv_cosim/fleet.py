@@ -133,6 +133,10 @@ class Fleet:
     """Since when speed is released, ``inf`` while it is not."""
     steering_released_s: FloatColumn = field(default_factory=lambda: np.full(FIRST_CAPACITY, np.inf))
     """Since when steering is released, ``inf`` while it is not."""
+    driver_steered: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
+    """The world's driver had the steering throughout the last world step."""
+    heading_ease_rad: FloatColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY))
+    """What is left of the step in heading at his taking over: world's heading + this = the vehicle's."""
     stop_decel_mps2: FloatColumn = field(default_factory=lambda: np.full(FIRST_CAPACITY, 2.5))
     """Deceleration of a controlled stop, positive; set by the user (XGV-36)."""
     stop_hold_brake: FloatColumn = field(default_factory=lambda: np.full(FIRST_CAPACITY, 0.5))
@@ -221,6 +225,8 @@ _SINGLE_COLUMNS = (
     "driver_reaction_s",
     "speed_released_s",
     "steering_released_s",
+    "driver_steered",
+    "heading_ease_rad",
     "stop_decel_mps2",
     "stop_hold_brake",
     "centres_without_command",

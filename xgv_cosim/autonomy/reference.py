@@ -36,6 +36,8 @@ class ReferenceStackSettings:
     max_accel_mps2: float = 1.5
     comfortable_decel_mps2: float = 2.0
     hardest_decel_mps2: float = 7.5
+    lost_decel_mps2: float = 3.0
+    """Braking when there is no lane to follow."""
     lookahead_time_s: float = 1.0
     shortest_lookahead_m: float = 8.0
     max_lateral_accel_mps2: float = 3.0
@@ -78,7 +80,7 @@ class ReferenceStack:
         return messages
 
     def _motion(self, seen: Observation) -> MotionProfile:
-        accel_mps2 = self.wanted_accel_mps2(seen)
+        accel_mps2 = self.wanted_accel_mps2(seen) if seen.lane_ahead_m else -self._settings.lost_decel_mps2
         # The profile's target lies a second ahead on the wanted acceleration; the limit sets its slope.
         target_mps = max(0.0, seen.speed_mps + accel_mps2)
         return MotionProfile(

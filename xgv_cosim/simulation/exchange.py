@@ -13,6 +13,8 @@ from xgv_cosim.parameters import ParameterColumns
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.worlds.base import Placement
 
+HEADING_EASE_S = 0.5
+"""Time in which the step in heading at a hand-over falls to 1/e."""
 _SHORTEST_ARC_M = 0.2
 """Below this the change of heading of one step says nothing about curvature."""
 
@@ -65,6 +67,29 @@ def moved_by_world(
     return slots[(~computer_speed | ~computer_steering | in_lane)[slots]]
 
 
+def heading_ease(
+    fleet: Fleet, snapshot: Snapshot, slots: IntColumn, rows: IntColumn, steered: BoolColumn, step_s: float
+) -> FloatColumn:
+    """Return what stays of the step in heading where the world's driver has taken the wheel.
+
+    The world turns a car to its lane at once; a car cannot. So the difference to where the plant was
+    going is kept at the hand-over and fades with ``HEADING_EASE_S``.
+
+    Args:
+        fleet: The fleet after the plant.
+        snapshot: The world after the step.
+        slots: Slots that take something back, shape ``(n,)``.
+        rows: Their rows in the snapshot, shape ``(n,)``.
+        steered: Over all slots: the world's driver had the steering throughout the step.
+        step_s: World step.
+    """
+    ease = np.where(steered, fleet.heading_ease_rad * np.exp(-step_s / HEADING_EASE_S), 0.0)
+    taken = steered[slots] & ~fleet.driver_steered[slots]
+    turned = fleet.motion.heading_rad[slots] - snapshot.heading_rad[rows]
+    ease[slots] = np.where(taken, np.remainder(turned + np.pi, 2.0 * np.pi) - np.pi, ease[slots])
+    return ease
+
+
 def adopt(
     fleet: Fleet,
     snapshot: Snapshot,
@@ -91,7 +116,7 @@ def adopt(
     motion = Motion(*(column.copy() for column in fleet.motion))
     drives, steers = ~computer_speed[slots], ~computer_steering[slots]
     by_speed, by_steering = slots[drives], slots[steers]
-    motion.heading_rad[by_steering] = snapshot.heading_rad[rows[steers]]
+    motion.heading_rad[by_steering] = snapshot.heading_rad[rows[steers]] + fleet.heading_ease_rad[by_steering]
     motion.speed_mps[by_speed] = snapshot.speed_mps[rows[drives]]
     motion.accel_mps2[by_speed] = snapshot.accel_mps2[rows[drives]]
     motion.speed_error_integral_m[by_speed] = 0.0
@@ -105,7 +130,12 @@ def adopt(
     motion.travelled_m[by_speed] = forward[by_speed]
     curvature = _driven_curvature(motion, before.heading_rad)[by_steering]
     motion.curvature_per_m[by_steering] = curvature
-    motion.steer_rad[by_steering] = np.arctan(curvature * fleet.parameters.wheelbase_m[by_steering])
+    speed = motion.speed_mps[by_steering]
+    understeer = fleet.parameters.understeer_rad_s2_per_m[by_steering] * speed * speed
+    # The angle that the plant's steady state gives this curvature, as closed loop will take it over.
+    motion.steer_rad[by_steering] = np.arctan(
+        curvature * (fleet.parameters.wheelbase_m[by_steering] + understeer)
+    )
     return motion
 
 

@@ -121,6 +121,7 @@ def fill_row(fleet: Fleet, slot: int, snapshot: Snapshot, row: int, binding: Bin
     fleet.partial_mode[slot] = binding.partial_mode
     fleet.driver[slot] = binding.driver
     fleet.driver_reaction_s[slot] = binding.driver_reaction_s
+    fleet.driver_steered[slot] = True  # until now the world's driver has driven it
     cold = binding.start is StartKind.COLD
     fleet.handed_over[slot] = cold
     fleet.longitudinal[slot] = Longitudinal.HOLD if cold else Longitudinal.DRIVER

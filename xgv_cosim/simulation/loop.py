@@ -191,7 +191,10 @@ class Simulation:
             fleet, computer_speed, computer_steering, lifecycle.in_lane(self.state)
         )
         rows = exchange.rows_of(snapshot, [str(fleet.ids[slot]) for slot in slots.tolist()])
-        present = rows >= 0
-        fleet.motion = exchange.adopt(
-            fleet, snapshot, slots[present], rows[present], computer_speed, computer_steering, before
+        slots, rows = slots[rows >= 0], rows[rows >= 0]
+        steered = ~computer_steering
+        fleet.heading_ease_rad = exchange.heading_ease(
+            fleet, snapshot, slots, rows, steered, self.state.clock.step_s
         )
+        fleet.driver_steered = steered
+        fleet.motion = exchange.adopt(fleet, snapshot, slots, rows, computer_speed, computer_steering, before)

@@ -62,6 +62,7 @@ def note_world(state: RunState, snapshot: Snapshot) -> None:
     """Enter what the world did in this step."""
     for vehicle_id, text in snapshot.notes:
         state.note(vehicle_id, "world_note", reasons=(text,))
+    _note_road(state, snapshot)
     for vehicle_id in snapshot.teleported:
         state.note(vehicle_id, "teleport")
     contacts = {(collision.collider, collision.victim) for collision in snapshot.collisions}
@@ -70,3 +71,14 @@ def note_world(state: RunState, snapshot: Snapshot) -> None:
     for collision in begun:
         place = f"{collision.kind} on lane {collision.lane_id} at {collision.position_m:.1f} m"
         state.note(collision.collider, "collision", after=collision.victim, reasons=(place,))
+
+
+def _note_road(state: RunState, snapshot: Snapshot) -> None:
+    """Enter when a bound vehicle leaves the road, and when it is back."""
+    rows = {vehicle.vehicle_id: snapshot.index_of.get(vehicle.vehicle_id) for vehicle in state.vehicles}
+    off = {name for name, row in rows.items() if row is not None and snapshot.lane[row] < 0}
+    for name in sorted(off - state.off_road):
+        state.note(name, "road", "on_road", "off_road", ("its front is on no lane",))
+    for name in sorted(state.off_road - off):
+        state.note(name, "road", "off_road", "on_road")
+    state.off_road = off

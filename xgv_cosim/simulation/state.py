@@ -27,6 +27,8 @@ class RunState:
     """Vehicles that were bound once and are no longer."""
     contacts: set[tuple[str, str]] = field(default_factory=set)
     """(collider, victim) of the contacts that lasted at the end of the last step."""
+    off_road: set[str] = field(default_factory=set)
+    """Bound vehicles that were off the road at the end of the last step."""
     requested: list[Edge] = field(default_factory=list)
     """Operators' requests, applied at the start of the next step."""
     partial_requested: list[tuple[str, int]] = field(default_factory=list)

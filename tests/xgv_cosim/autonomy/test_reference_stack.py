@@ -104,3 +104,9 @@ def test_on_an_arc_it_asks_for_the_arc(curvature: float) -> None:
 
 def test_off_the_road_it_goes_straight() -> None:
     assert motion_of(ReferenceStack(ME), seen(lane=())).curvature_per_m == 0.0
+
+
+def test_off_the_road_it_stops() -> None:
+    motion = motion_of(ReferenceStack(ME), seen(speed=15.0, lane=()))
+    assert motion.speed_mps < 15.0
+    assert motion.max_accel_mps2 == 3.0

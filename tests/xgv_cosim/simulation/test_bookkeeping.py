@@ -11,6 +11,7 @@ from xgv_cosim.fleet import Fleet
 from xgv_cosim.injection import Injection, InjectionKind
 from xgv_cosim.simulation import Journal
 from xgv_cosim.simulation.devices import OPERATOR, Devices, Edge
+from xgv_cosim.simulation.exchange import heading_ease
 from xgv_cosim.simulation.reporting import note_world
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Collision, Snapshot
@@ -80,3 +81,28 @@ def test_a_collision_is_one_event_however_long_it_lasts() -> None:
     for collisions in ([contact], [contact], [], [contact]):
         note_world(state, snapshot_with(*collisions))
     assert [(event.vehicle, event.after) for event in state.journal.events] == [("a", "b"), ("a", "b")]
+
+
+def test_the_heading_step_at_a_hand_over_fades_instead_of_showing() -> None:
+    """Point 1.10: what the world's driver takes over turns to his lane over time, not at once."""
+    fleet = Fleet()
+    slot = fleet.occupy("a")
+    slots, rows = np.array([slot]), np.array([0])
+    one, ints = np.zeros(1), np.zeros(1, np.int64)
+    lane_heading = np.array([3.1])
+    snapshot = Snapshot(
+        0.0, ("a",), ("t",), one, one, lane_heading, *[one] * 4, ints, one, ints, ints, one, ints, one
+    )
+    fleet.motion.heading_rad[slot] = -3.1  # across the seam of the angle
+    steered = np.zeros(fleet.num_slots, np.bool_)
+    steered[slot] = True
+    offset = 2.0 * np.pi - 6.2
+    first = heading_ease(fleet, snapshot, slots, rows, steered, 0.1)
+    assert first[slot] == pytest.approx(offset)
+    assert np.cos(lane_heading[0] + first[slot]) == pytest.approx(np.cos(-3.1))
+    fleet.heading_ease_rad, fleet.driver_steered = first, steered
+    for _ in range(10):
+        fleet.heading_ease_rad = heading_ease(fleet, snapshot, slots, rows, steered, 0.1)
+    assert fleet.heading_ease_rad[slot] == pytest.approx(offset * np.exp(-2.0))
+    released = heading_ease(fleet, snapshot, slots, rows, ~steered, 0.1)
+    assert released[slot] == 0.0
