@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from typing import TYPE_CHECKING
 
-from xgv_cosim.errors import ScenarioError
+from xgv_cosim.errors import ScenarioError, WorldConfigurationError
 from xgv_cosim.scenario.problems import Path as KeyPath
 from xgv_cosim.scenario.problems import Problem, dotted, word_hint
+from xgv_cosim.worlds.sumo.inputs import sumo_input_files
+from xgv_cosim.worlds.sumo.options import parse_options
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -15,39 +16,46 @@ if TYPE_CHECKING:
     from xgv_cosim.scenario.model import Scenario
 
 _CONFIG_KEY: KeyPath = ("world", "sumo", "config")
-_FILE_OPTIONS = frozenset(
-    {"net-file", "route-files", "additional-files", "n", "r", "a", "net", "routes", "additional"}
-)
-"""SUMO options that name input files, with their short and older names."""
+_OPTIONS_KEY: KeyPath = ("world", "sumo", "options")
 
 
 def file_problems(scenario: Scenario) -> tuple[Problem, ...]:
     """Return one problem for each file that a run would miss; empty if all are there."""
-    config = scenario.world.sumo.config
-    path = scenario.source.resolve(config)
-    place = scenario.source.locate(_CONFIG_KEY)
-    key = dotted(_CONFIG_KEY)
-    place = "" if place == key else place
-
-    def problem(message: str, hint: str = "") -> Problem:
-        return Problem(message, key, place, hint)
-
+    sumo = scenario.world.sumo
+    path = scenario.source.resolve(sumo.config)
+    try:
+        given = {option.name for option in parse_options(sumo.options)}
+    except WorldConfigurationError as error:
+        return (_problem(scenario, _OPTIONS_KEY, str(error)),)
     if not path.is_file():
         near = word_hint(path.name, _names_in(path.parent))
-        return (problem(f"no file {config!r} in {scenario.source.folder}", near),)
+        text = f"no file {sumo.config!r} in {scenario.source.folder}"
+        return (_problem(scenario, _CONFIG_KEY, text, near),)
     try:
-        root = ET.parse(path).getroot()  # noqa: S314 - the user's own file, which SUMO reads next
-    except ET.ParseError as error:
-        return (problem(f"{config!r} is not XML: {error}"),)
-    except OSError as error:
-        return (problem(f"{config!r} cannot be read: {error.strerror}"),)
-    missing = [name for name in _named_files(root) if not (path.parent / name).is_file()]
-    return tuple(
-        problem(
-            f"{config!r} names the file {name!r}, which is not there", word_hint(name, _names_in(path.parent))
+        files = sumo_input_files(path, sumo.options)
+    except WorldConfigurationError as error:
+        return (_problem(scenario, _CONFIG_KEY, str(error)),)
+    problems: list[Problem] = []
+    for option, file in files:
+        if file.is_file():
+            continue
+        name = str(file.relative_to(path.parent)) if file.is_relative_to(path.parent) else str(file)
+        by_option = option in given
+        text = f"--{option}" if by_option else repr(sumo.config)
+        problems.append(
+            _problem(
+                scenario,
+                _OPTIONS_KEY if by_option else _CONFIG_KEY,
+                f"{text} names the file {name!r}, which is not there",
+                word_hint(name, _names_in(path.parent)),
+            )
         )
-        for name in missing
-    )
+    return tuple(problems)
+
+
+def _problem(scenario: Scenario, path: KeyPath, message: str, hint: str = "") -> Problem:
+    place, key = scenario.source.locate(path), dotted(path)
+    return Problem(message, key, "" if place == key else place, hint)
 
 
 def require_files(scenario: Scenario) -> None:
@@ -62,22 +70,15 @@ def require_files(scenario: Scenario) -> None:
 
 
 def input_files(scenario: Scenario) -> tuple[Path, ...]:
-    """Return the SUMO configuration and the files that it names, as absolute paths.
+    """Return the SUMO configuration and all files that SUMO will read, as absolute paths.
 
     Raises:
         ScenarioError: One is not there, or the configuration is not XML.
     """
     require_files(scenario)
     config = scenario.source.resolve(scenario.world.sumo.config)
-    root = ET.parse(config).getroot()  # noqa: S314 - the user's own file, which SUMO reads next
-    return (config, *((config.parent / name).resolve() for name in _named_files(root)))
-
-
-def _named_files(root: ET.Element) -> list[str]:
-    """Return the input files of a SUMO configuration, without addresses on the network."""
-    values = [element.get("value", "") for element in root.iter() if element.tag in _FILE_OPTIONS]
-    names = [name.strip() for value in values for name in value.split(",")]
-    return [name for name in names if name and "://" not in name]
+    named = sumo_input_files(config, scenario.world.sumo.options)
+    return tuple(dict.fromkeys((config, *(file.resolve() for _, file in named))))
 
 
 def _names_in(folder: Path) -> list[str]:

@@ -1,36 +1,75 @@
-"""A look at SUMO's input files before SUMO reads them: it crashes on some that are not well-formed XML."""
+"""SUMO's input files: which ones a configuration and its options name, and a look at them before SUMO's.
+
+SUMO crashes on some files that are not well-formed XML. Loads no libsumo.
+"""
 
 from __future__ import annotations
 
 import gzip
-from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat  # no entity is expanded from outside; the files are the user's own
 
 from xgv_cosim.errors import WorldConfigurationError
+from xgv_cosim.worlds.sumo.options import INPUT_FILES, Option, files_of, full_name, parse_options
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-_LONG_NAMES = {
-    "-n": "net-file",
-    "--net": "net-file",
-    "-r": "route-files",
-    "--route-files": "route-files",
-    "-a": "additional-files",
-    "--additional": "additional-files",
-    "net": "net-file",
-    "route": "route-files",
-    "additional": "additional-files",
-    "n": "net-file",
-    "r": "route-files",
-    "a": "additional-files",
-}
-_FILE_OPTIONS = frozenset({"net-file", "route-files", "additional-files"})
+_XML_OPTIONS = frozenset({"net-file", "route-files", "additional-files", "weight-files", "load-state"})
 
 
-def check_inputs(config_file: Path, options: tuple[str, ...] = ()) -> None:
+class InputFile(NamedTuple):
+    """A file that SUMO will read."""
+
+    option: str
+    """Full name of the option that names it."""
+    path: Path
+
+
+def sumo_input_files(config_file: Path, options: Sequence[str] = ()) -> tuple[InputFile, ...]:
+    """Return the files that a configuration and further options name, whether they are there or not.
+
+    Relative names lie below the folder of the configuration, those in ``options`` too. An option in
+    ``options`` replaces the configuration's.
+
+    Raises:
+        WorldConfigurationError: The configuration is not well-formed or cannot be read, or ``options``
+            holds one that is for the scenario to say.
+    """
+    given = [option for option in parse_options(options) if option.name in INPUT_FILES]
+    replaced = {option.name for option in given}
+    configured = [option for option in _configured(config_file) if option.name not in replaced]
+    return tuple(
+        InputFile(option.name, file)
+        for option in (*configured, *given)
+        if option.name in INPUT_FILES
+        for file in files_of(option, config_file.parent)
+    )
+
+
+def _configured(config_file: Path) -> list[Option]:
+    """Return the options of a configuration file: elements with ``value=``, ``v=`` or text."""
+    options: list[Option] = []
+    text: list[str] = []
+
+    def start_element(tag: str, attributes: dict[str, str]) -> None:
+        text.clear()
+        value = attributes.get("value") or attributes.get("v", "")
+        if value:
+            options.append(Option(full_name(tag), value))
+
+    def end_element(tag: str) -> None:
+        value = "".join(text).strip()
+        text.clear()
+        if value:
+            options.append(Option(full_name(tag), value))
+
+    _parse(config_file, start_element, end_element, text.append)
+    return options
+
+
+def check_inputs(config_file: Path, options: Sequence[str] = ()) -> None:
     """Check that the configuration and the files it names are well-formed XML.
 
     Files that do not exist are left to SUMO, which names them itself.
@@ -39,24 +78,10 @@ def check_inputs(config_file: Path, options: tuple[str, ...] = ()) -> None:
         WorldConfigurationError: A file is not well-formed (names file, line and column), or the network
             file is none.
     """
-    named: list[tuple[str, Path]] = []
-
-    def start_element(tag: str, attributes: dict[str, str]) -> None:
-        option = _LONG_NAMES.get(tag, tag)
-        if option in _FILE_OPTIONS:
-            names = attributes.get("value", "").split(",")
-            named.extend((option, config_file.parent / name.strip()) for name in names)
-
-    _parse(config_file, start_element)
-    for option, value in zip_longest(options, options[1:], fillvalue=""):
-        name, _, joined = option.partition("=")
-        long_name = _LONG_NAMES.get(name, name.removeprefix("--"))
-        if long_name in _FILE_OPTIONS:
-            named.extend((long_name, Path(part.strip())) for part in (joined or value).split(","))
-    for long_name, file in named:
-        if long_name == "net-file":
+    for option, file in sumo_input_files(config_file, options):
+        if option == "net-file":
             _check_network(file)
-        else:
+        elif option in _XML_OPTIONS:
             _parse(file)
 
 
@@ -76,12 +101,18 @@ def _check_network(file: Path) -> None:
         )
 
 
-def _parse(file: Path, start_element: Callable[[str, dict[str, str]], None] | None = None) -> None:
+def _parse(
+    file: Path,
+    start_element: Callable[[str, dict[str, str]], None] | None = None,
+    end_element: Callable[[str], None] | None = None,
+    text: Callable[[str], None] | None = None,
+) -> None:
     if not file.is_file():
         return
     parser = expat.ParserCreate()
-    if start_element is not None:
-        parser.StartElementHandler = start_element
+    parser.StartElementHandler = start_element
+    parser.EndElementHandler = end_element
+    parser.CharacterDataHandler = text
     opener = gzip.open if file.suffix == ".gz" else Path.open
     try:
         with opener(file, "rb") as stream:

@@ -17,33 +17,26 @@ from typing import TYPE_CHECKING, ClassVar
 from xgv_cosim.errors import WorldConfigurationError, WorldError
 from xgv_cosim.worlds.sumo.inputs import check_inputs
 from xgv_cosim.worlds.sumo.libraries import load_libsumo
+from xgv_cosim.worlds.sumo.options import Option, parse_options, with_rooted_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import ModuleType
     from typing import IO
 
-QUIET = (
-    "--no-step-log",
-    "true",
-    "--duration-log.disable",
-    "true",
-    "--no-warnings",
-    "true",
-    "--verbose",
-    "false",
-)
+QUIET = {
+    "no-step-log": "true",
+    "duration-log.disable": "true",
+    "no-warnings": "true",
+    "verbose": "false",
+}
 """Nothing lands on stdout or stderr; warnings go into the error log all the same."""
-SAFETY = (
-    "--collision.action",
-    "warn",  # any other action hides collisions of vehicles that are placed from outside
-    "--collision.mingap-factor",
-    "0",
-    "--collision.check-junctions",
-    "true",
-    "--time-to-teleport",
-    "-1",
-)
+SAFETY = {
+    "collision.action": "warn",  # any other action hides collisions of vehicles placed from outside
+    "collision.mingap-factor": "0",
+    "collision.check-junctions": "true",
+    "time-to-teleport": "-1",
+}
 """Collisions are recorded and nobody is beamed out of a jam."""
 
 
@@ -73,7 +66,8 @@ class Session:
         config_file: SUMO configuration (``.sumocfg``).
         step_s: Step length.
         seed: Seed of SUMO's random numbers.
-        options: Further SUMO command-line options; they win over those chosen here.
+        options: Further SUMO command-line options; they win over :data:`QUIET` and :data:`SAFETY`.
+            Relative names of input files lie below the folder of the configuration.
 
     Raises:
         WorldError: A simulation is open in this process, or SUMO refuses the configuration; the message
@@ -95,9 +89,19 @@ class Session:
         self._folder = tempfile.TemporaryDirectory(prefix="xgv-cosim-sumo-")
         self._error_log = Path(self._folder.name) / "errors.txt"
         self._messages = ""
-        command = ["sumo", "-c", str(config_file), "--step-length", str(step_s), "--seed", str(seed)]
-        command += [*QUIET, *SAFETY, "--error-log", str(self._error_log), *options]
-        self._start(command)
+        fixed = {
+            "configuration-file": str(config_file),
+            "step-length": str(step_s),
+            "seed": str(seed),
+            "random": "false",  # else the configuration could ask for a seed from the clock
+            "error-log": str(self._error_log),
+        }
+        given = [with_rooted_files(option, config_file.parent) for option in parse_options(options)]
+        chosen = fixed | QUIET | SAFETY
+        for option in given:
+            chosen.pop(option.name, None)  # SUMO refuses an option that is given twice
+        own = [Option(name, value) for name, value in chosen.items()]
+        self._start(["sumo", *(option.argument for option in (*own, *given))])
         Session._opened = self
         self.begin_s = float(self.libsumo.simulation.getTime())
 
@@ -135,8 +139,18 @@ class Session:
         Raises:
             WorldError: SUMO failed; the session is closed.
         """
-        try:
+        with self.failures():
             self.libsumo.simulationStep()
+
+    @contextmanager
+    def failures(self) -> Iterator[None]:
+        """Make the errors of libsumo the errors of a world; whatever talks to libsumo stands inside.
+
+        Raises:
+            WorldError: SUMO failed; the session is closed.
+        """
+        try:
+            yield
         except (self.libsumo.TraCIException, self.libsumo.FatalTraCIError) as error:
             self.close()
             said = [line for line in self.messages if line.startswith("Error")]

@@ -28,7 +28,8 @@ class SumoWorld:
         config_file: SUMO configuration (``.sumocfg``).
         step_s: Step length; SUMO counts whole milliseconds.
         seed: Seed of SUMO's random numbers; the same seed gives the same traffic, bit by bit.
-        options: Further SUMO command-line options; they win over those chosen here.
+        options: Further SUMO command-line options; they win over those chosen here. Relative names of
+            input files lie below the folder of the configuration.
     """
 
     def __init__(self, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = ()) -> None:
@@ -65,10 +66,11 @@ class SumoWorld:
             raise WorldError("this world is started already; close it first")
         session = Session(self._config_file, step_s=self._step_s, seed=self._seed, options=self._options)
         self._session = session
-        self._road = SumoRoad.read(session.libsumo)
-        self._bindings = Bindings(session.libsumo, self._road, self._step_s)
-        self._reader = SnapshotReader(session, self._road)
-        self._snapshot = self._reader.read(())
+        with session.failures():
+            self._road = SumoRoad.read(session.libsumo)
+            self._bindings = Bindings(session.libsumo, self._road, self._step_s)
+            self._reader = SnapshotReader(session, self._road)
+            self._snapshot = self._reader.read(())
         return self._snapshot
 
     def knows(self, vehicle_id: str) -> bool:
@@ -81,7 +83,9 @@ class SumoWorld:
         """
         flow, _, number = vehicle_id.rpartition(".")
         from_a_flow = bool(flow) and number.isdecimal()  # SUMO names these only as it inserts them
-        return from_a_flow or vehicle_id in self._open().libsumo.vehicle.getLoadedIDList()
+        session = self._open()
+        with session.failures():
+            return from_a_flow or vehicle_id in session.libsumo.vehicle.getLoadedIDList()
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Take a vehicle of SUMO into the placement from the next step on.
@@ -102,14 +106,15 @@ class SumoWorld:
         Raises:
             WorldError: The vehicle drives in SUMO but is not bound.
         """
-        libsumo = self._open().libsumo
+        session = self._open()
         here = vehicle_id in self._snapshot.index_of
         if vehicle_id not in self._bindings.bound and here:
             raise WorldError(f"vehicle {vehicle_id!r} is not bound")
-        if here or vehicle_id in libsumo.vehicle.getTeleportingIDList():
-            self._bindings.give_back(vehicle_id)
-        else:
-            self._bindings.forget(vehicle_id)
+        with session.failures():
+            if here or vehicle_id in session.libsumo.vehicle.getTeleportingIDList():
+                self._bindings.give_back(vehicle_id)
+            else:
+                self._bindings.forget(vehicle_id)
 
     def set_coupling(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Choose how a bound vehicle is written into SUMO from the next step on.
@@ -131,9 +136,11 @@ class SumoWorld:
             WorldError: A vehicle of the placement is not bound, or SUMO failed and is closed now.
         """
         session = self._open()
-        self._bindings.write(placement, self._snapshot)
+        with session.failures():
+            self._bindings.write(placement, self._snapshot)
         session.step()
-        snapshot = self._reader.read(self._bindings.bound, self._bindings.take_notes())
+        with session.failures():
+            snapshot = self._reader.read(self._bindings.bound, self._bindings.take_notes())
         for vehicle_id in snapshot.arrived:
             self._bindings.forget(vehicle_id)
         self._snapshot = _with_reverse_speeds(snapshot, placement)
