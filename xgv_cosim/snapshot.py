@@ -55,6 +55,7 @@ class Snapshot:
     follower_gap_m: FloatColumn
     """Distance from rear bumper to the follower's front bumper, ``inf`` without a follower."""
     departed: tuple[str, ...] = ()
+    """Who was not in the snapshot before: entered the world, was there from its start, or came back."""
     arrived: tuple[str, ...] = ()
     teleported: tuple[str, ...] = ()
     collisions: tuple[Collision, ...] = ()

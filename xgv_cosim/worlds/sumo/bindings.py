@@ -9,6 +9,7 @@ import numpy as np
 
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.errors import WorldError
+from xgv_cosim.worlds.sumo.arrivals import ArrivalPositions
 from xgv_cosim.worlds.sumo.couplings import (
     CarFollowing,
     Coupling,
@@ -59,6 +60,7 @@ class Bindings:
         self._car_following = CarFollowing(libsumo)
         self._world_driver = WorldDriver()
         self._easing = LateralEasing(libsumo, step_s)
+        self._arrivals = ArrivalPositions(libsumo)
 
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in; SUMO drives it until the next step."""
@@ -207,12 +209,17 @@ class Bindings:
         return lateral_m, np.abs(body_m) <= 0.5 * self._road.lane_width_m(lane)
 
     def _ends_route(self, placement: Placement, before: Snapshot, rows: IntColumn) -> BoolColumn:
-        """Return whose route ends within this step."""
+        """Return whose route ends within this step, at the arrival position if the demand names one."""
         lane = np.where(rows >= 0, before.lane[rows], -1)
         reach_m = np.maximum(placement.travelled_m, placement.speed_mps * self._step_s)
-        left_m = self._road.lane_length_m(lane) - before.lane_position_m[rows] - _ROUTE_END_MARGIN_M
+        arrival_m = self._road.lane_length_m(lane)
+        for number in np.flatnonzero((lane >= 0) & (before.next_lane[rows] < 0)):
+            edge_id = self._road.edge_ids[lane[number]]
+            length_m = float(arrival_m[number])
+            arrival_m[number] = self._arrivals.position_m(placement.ids[number], edge_id, length_m)
+        left_m = arrival_m - before.lane_position_m[rows] - _ROUTE_END_MARGIN_M
         ends = (lane >= 0) & (reach_m > 0.0) & (left_m <= reach_m)
         for number in np.flatnonzero(ends):
-            route = self._libsumo.vehicle.getRoute(placement.ids[number])
-            ends[number] = self._road.edge_ids[lane[number]] == route[-1]
+            edge_id = self._road.edge_ids[lane[number]]
+            ends[number] = self._arrivals.is_on_last_edge(placement.ids[number], edge_id)
         return ends

@@ -49,6 +49,8 @@ class SnapshotReader:
     _bodies: dict[str, Body] = field(default_factory=dict)
     _next_lanes: dict[str, tuple[int, int]] = field(default_factory=dict)
     """Of each bound vehicle its lane and the one that follows."""
+    _present: frozenset[str] = frozenset()
+    """Who was there in the snapshot before."""
 
     def read(self, bound_ids: Collection[str], notes: Sequence[tuple[str, str]] = ()) -> Snapshot:
         """Return the present state; neighbours and next lanes for ``bound_ids`` only."""
@@ -59,6 +61,9 @@ class SnapshotReader:
             self._bodies.pop(vehicle_id, None)
             self._next_lanes.pop(vehicle_id, None)
         ids: tuple[str, ...] = tuple(vehicle.getIDList())
+        # SUMO's own list of departures lacks who came with a loaded state or returns from a teleport
+        departed = tuple(vehicle_id for vehicle_id in ids if vehicle_id not in self._present)
+        self._present = frozenset(ids)
         index_of = {vehicle_id: index for index, vehicle_id in enumerate(ids)}
         bodies = [self.body(vehicle_id) for vehicle_id in ids]
         positions = [vehicle.getPosition(vehicle_id) for vehicle_id in ids]
@@ -84,7 +89,7 @@ class SnapshotReader:
             leader_gap_m=neighbours.leader_gap_m,
             follower=neighbours.follower,
             follower_gap_m=neighbours.follower_gap_m,
-            departed=tuple(simulation.getDepartedIDList()),
+            departed=departed,
             arrived=arrived,
             teleported=tuple(simulation.getStartingTeleportIDList()),
             collisions=tuple(
