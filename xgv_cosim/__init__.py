@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from xgv_cosim._version import __version__
 from xgv_cosim.errors import (
     CommandError,
+    FolderInUseError,
     MissingLibraryError,
     RecordingError,
     ReplayError,
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CommandError",
+    "FolderInUseError",
     "MissingLibraryError",
     "RecordingError",
     "ReplayError",

@@ -10,6 +10,7 @@
     │   ├── MissingLibraryError      libsumo needs system libraries that are not there
     │   └── WorldConfigurationError  the engine refuses its input files         (exit code 2)
     ├── RecordingError           the run folder cannot be written                  (exit code 3)
+    │   └── FolderInUseError     it is a file, or holds something already          (exit code 2)
     └── ReplayError              a run folder cannot be replayed                   (exit code 2)
 """
 
@@ -71,6 +72,10 @@ class WorldConfigurationError(WorldError):
 
 class RecordingError(XgvCosimError):
     """The run folder cannot be written: no permission, no space left, or not a folder."""
+
+
+class FolderInUseError(RecordingError):
+    """What was named as run folder is a file, or a folder that is not empty; nothing was changed."""
 
 
 class ReplayError(XgvCosimError):

@@ -7,11 +7,12 @@ Exit codes: 0 as expected, 1 an expectation failed (or replay differs), 2 bad sc
 from __future__ import annotations
 
 import sys
+import traceback
 
 import typer
 
 from xgv_cosim._version import __version__
-from xgv_cosim.cli.exit_codes import EXIT_OK, exit_code_of
+from xgv_cosim.cli.exit_codes import EXIT_INTERRUPTED, EXIT_OK, EXIT_SYSTEM_ERROR, exit_code_of
 from xgv_cosim.errors import XgvCosimError
 
 
@@ -47,9 +48,18 @@ def options(
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit with its code; wrong usage exits with 2, an interrupt with 130."""
+    """Run the command line and exit with its code; wrong usage exits with 2, an interrupt with 130.
+
+    A fault of xgv-cosim itself exits with 3 after its traceback: 1 would say that an expectation failed.
+    """
     try:
         app(args=arguments)
     except XgvCosimError as error:
         typer.echo(f"error: {error}", err=True)
         sys.exit(exit_code_of(error))
+    except KeyboardInterrupt:
+        sys.exit(EXIT_INTERRUPTED)
+    except Exception:  # noqa: BLE001 - told in full, nothing is hidden
+        traceback.print_exc()
+        typer.echo("this is a fault of xgv-cosim; please report it", err=True)
+        sys.exit(EXIT_SYSTEM_ERROR)

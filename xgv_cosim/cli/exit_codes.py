@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from xgv_cosim.errors import RecordingError, WorldConfigurationError, WorldError, XgvCosimError
+from xgv_cosim.errors import (
+    FolderInUseError,
+    RecordingError,
+    WorldConfigurationError,
+    WorldError,
+    XgvCosimError,
+)
 
 EXIT_OK = 0
 """Everything as expected."""
@@ -18,6 +24,6 @@ EXIT_INTERRUPTED = 130
 
 def exit_code_of(error: XgvCosimError) -> int:
     """Return the exit code for an error that reached the command line."""
-    if isinstance(error, WorldConfigurationError):
+    if isinstance(error, (WorldConfigurationError, FolderInUseError)):
         return EXIT_BAD_INPUT
     return EXIT_SYSTEM_ERROR if isinstance(error, (WorldError, RecordingError)) else EXIT_BAD_INPUT
