@@ -108,3 +108,25 @@ def test_time_to_collision_needs_a_leader_and_a_moving_follower() -> None:
         np.array([np.inf, 5.0, -1.0]), np.array([20.0, 2.0, 20.0]), np.array([0.0, 0.0, 0.0])
     )
     assert ttc.tolist() == [math.inf, math.inf, 0.0]
+
+
+@given(offset=st.integers(0, 9), speed=st.floats(5.0, 35.0), decel=st.floats(1.5, 9.0))
+def test_an_edge_between_two_samples_is_the_same_stop(offset: int, speed: float, decel: float) -> None:
+    """Speed, distance and time all count from the edge, wherever it lies in the step."""
+    edge_s = 5.0 + offset / 100.0
+    metrics = stop_metrics(braking_series(speed, decel, edge_s), edge_s, 40.0)
+    ideal = speed**2 / (2.0 * decel)
+    assert metrics.speed_at_event_mps == pytest.approx(speed)
+    assert metrics.ideal_stopping_distance_m == pytest.approx(ideal)
+    assert metrics.stopping_distance_m == pytest.approx(ideal, abs=0.1**2 / decel + 0.01)
+
+
+@pytest.mark.parametrize(("held", "stands"), [(5, False), (6, True)])
+def test_a_standstill_lasts_half_a_second(held: int, stands: bool) -> None:
+    """Six samples span 0.5 s, five only 0.4 s."""
+    series = braking_series(10.0, 2.5, 5.0)
+    speed = series.speed_mps.copy()
+    first = int(np.flatnonzero(np.abs(speed) < 0.1)[0])
+    speed[first + held :] = 1.0
+    metrics = stop_metrics(series._replace(speed_mps=speed), 5.0, 40.0)
+    assert (metrics.time_to_standstill_s is not None) is stands

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,20 @@ def test_mode_always():
     )
     steady = car(modes=((0.0, "drive_by_wire"), (5.0, "drive_by_wire")))
     assert outcome(run(steady), vehicle="xgv_2", mode="drive_by_wire", always=True)[0] is Outcome.OK
+
+
+def test_mode_always_begins_at_the_handover():
+    """Every car starts in software pause; until 2 s the world's driver drives."""
+    driving = dataclasses.replace(car(modes=MODES[:2]), handover_s=2.0)
+    result, text = outcome(run(driving), vehicle="xgv_2", mode="drive_by_wire", always=True)
+    assert (result, text.rpartition(": ")[2]) == (
+        Outcome.OK,
+        "in force throughout since the hand-over at 2 s",
+    )
+    paused = dataclasses.replace(car(), handover_s=2.0)
+    result, text = outcome(run(paused), vehicle="xgv_2", mode="drive_by_wire", always=True)
+    assert (result, text.rpartition(": ")[2]) == (Outcome.FAILED, "estop_pause from 20 s")
+    assert outcome(run(driving), vehicle="xgv_2", mode="software_pause", always=True)[0] is Outcome.FAILED
 
 
 def test_a_mode_listed_at_every_step_counts_from_its_beginning():
