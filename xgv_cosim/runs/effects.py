@@ -18,40 +18,54 @@ def handovers_s(events: Sequence[Event]) -> dict[str, float]:
     A cold start has no hand-over, the computer has it from binding on. There the time is that of the first
     change of the safety mode in which it starts up, if there is one.
     """
-    found: dict[str, float] = {}
-    for name, own in by_vehicle(events).items():
-        handed = [event.t_s for event in own if event.kind == "handover"]
-        cold = any(event.kind == "bound" and "start cold" in event.reasons for event in own)
-        started = [event.t_s for event in own if event.kind == "safety_mode"][1:] if cold else []
-        if handed or started:
-            found[name] = (handed or started)[0]
-    return found
+    places = {name: (own, _place_of_handover(own)) for name, own in by_vehicle(events).items()}
+    return {name: own[place].t_s for name, (own, place) in places.items() if place is not None}
+
+
+def _place_of_handover(own: Sequence[Event]) -> int | None:
+    """Return the place of the event that ``handovers_s`` names; several may lie on its tick."""
+    for place, event in enumerate(own):
+        if event.kind == "handover":
+            return place
+    if not any(event.kind == "bound" and "start cold" in event.reasons for event in own):
+        return None
+    modes = [place for place, event in enumerate(own) if event.kind == "safety_mode"]
+    return modes[1] if len(modes) > 1 else None
 
 
 def facts_that_acted(events: Sequence[Event]) -> set[str]:
     """Return the facts ``kind`` and ``kind:after`` of all events that had an effect, and three more.
 
-    A safety or control mode acts once the computer has the vehicle; before, the world's driver drives.
-    The three more: ``reported:MODE`` (the safety mode was reported, whether or not it acted),
+    A safety or control mode acts if it is in force at the hand-over or later; before, the world's driver
+    drives. The three more: ``reported:MODE`` (the safety mode was reported, whether or not it acted),
     ``preempted`` (a controller lost a component to another) and ``rearmed`` (drive-by-wire came back
     after a stop that acted and whose injection has ended).
     """
-    handed_over = handovers_s(events)
     facts: set[str] = set()
-    for name, own in by_vehicle(events).items():
-        since_s = handed_over.get(name)
-        for event in own:
-            acted = since_s is not None and event.t_s >= since_s
-            facts.add(event.kind)
-            if acted or event.kind not in _ACT_AFTER_THE_HANDOVER:
-                facts.add(f"{event.kind}:{event.after}")
-            if event.kind == "safety_mode":
-                facts.add(f"reported:{event.after}")
-            elif event.kind == "component_control" and _is_preemption(event):
-                facts.add("preempted")
-        if since_s is not None and _is_rearmed(own, since_s):
+    for own in by_vehicle(events).values():
+        overtaken = _overtaken_before_the_handover(own)
+        acted = [event for place, event in enumerate(own) if place not in overtaken]
+        facts.update(event.kind for event in own)
+        facts.update(f"{event.kind}:{event.after}" for event in acted)
+        facts.update(f"reported:{event.after}" for event in own if event.kind == "safety_mode")
+        if any(event.kind == "component_control" and _is_preemption(event) for event in own):
+            facts.add("preempted")
+        if _is_rearmed(acted):
             facts.add("rearmed")
     return facts
+
+
+def _overtaken_before_the_handover(own: Sequence[Event]) -> set[int]:
+    """Return the places of mode changes that were over when the computer got the vehicle."""
+    handover = _place_of_handover(own)
+    overtaken: set[int] = set()
+    for kind in _ACT_AFTER_THE_HANDOVER:
+        places = [place for place, event in enumerate(own) if event.kind == kind]
+        if handover is None:
+            overtaken.update(places)
+        else:
+            overtaken.update([place for place in places if place <= handover][:-1])
+    return overtaken
 
 
 def _is_preemption(event: Event) -> bool:
@@ -60,12 +74,12 @@ def _is_preemption(event: Event) -> bool:
     return _NOBODY not in (before, after) and before != after
 
 
-def _is_rearmed(own: Sequence[Event], since_s: float) -> bool:
+def _is_rearmed(acted: Sequence[Event]) -> bool:
     stopped = ended = False
-    for event in own:
+    for event in acted:
         if event.kind == "injection" and not event.after:
             ended = stopped
-        elif event.kind == "safety_mode" and event.t_s >= since_s:
+        elif event.kind == "safety_mode":
             if event.after != _DRIVING:
                 stopped = True
             elif ended:

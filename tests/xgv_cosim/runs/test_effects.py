@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from xgv_cosim.events import Event
 from xgv_cosim.runs.effects import facts_that_acted, handovers_s
 
@@ -27,6 +29,12 @@ def test_starting_up_exercises_no_pause_no_rearming_and_no_preemption() -> None:
     facts = facts_that_acted([BOUND, *START])
     assert facts.isdisjoint({"safety_mode:software_pause", "rearmed", "preempted"})
     assert {"reported:software_pause", "safety_mode:drive_by_wire", "handover"} <= facts
+
+
+def test_changes_on_the_very_tick_of_the_handover_count_by_their_order() -> None:
+    """A stack that is quick takes control on the tick of binding."""
+    at_once = [dataclasses.replace(event, t_s=0.1) for event in (BOUND, *START)]
+    assert facts_that_acted(at_once) == facts_that_acted([BOUND, *START])
 
 
 def test_a_pause_after_the_handover_acts_and_rearms_when_it_ends() -> None:

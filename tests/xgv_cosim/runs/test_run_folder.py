@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -155,28 +154,45 @@ def test_a_configuration_that_sumo_refuses_is_exit_code_2_with_its_words(tmp_pat
         xgv_cosim.run(tmp_path / "mine", out=tmp_path / "again")
 
 
-def test_an_interrupt_leaves_a_readable_partial_folder_and_exit_code_130(tmp_path: Path) -> None:
+def interrupted(*arguments: str, cwd: Path) -> tuple[int, str, str]:
+    """Send Ctrl-C to a command once it says on stderr that it simulates; return how it ended."""
     child = subprocess.Popen(
-        [*COMMAND, "run", "hello", "--out", "out", "--set", "duration_s=2000", "--set", "expect=[]"],
-        cwd=tmp_path,
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
+        [*COMMAND, *arguments], cwd=cwd, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
-    trace = tmp_path / "out" / TRACE
-    try:
-        while child.poll() is None and not (trace.exists() and trace.stat().st_size > 2000):
-            os.sched_yield()
-        child.send_signal(signal.SIGINT)
-        _, errors = child.communicate(timeout=120)
-    finally:
-        child.kill()
-    assert child.returncode == 130, errors
+    with child:
+        try:
+            assert child.stderr is not None
+            said = ""
+            for line in child.stderr:  # ends with the child, if it says nothing of the kind
+                said += line
+                if "s simulated" in line:
+                    break
+            child.send_signal(signal.SIGINT)
+            out, errors = child.communicate(timeout=120)
+        finally:
+            child.kill()
+    return child.returncode, out, said + errors
+
+
+def test_an_interrupt_leaves_a_readable_partial_folder_and_exit_code_130(tmp_path: Path) -> None:
+    options = ["--set", "duration_s=2000", "--set", "expect=[]"]
+    code, _, errors = interrupted("run", "hello", "--out", "out", *options, cwd=tmp_path)
+    assert code == 130, errors
+    assert "s simulated" in errors
     data = json.loads((tmp_path / "out" / RESULT).read_text())
     assert data["status"] == "interrupted"
-    assert data["num_steps"] >= 30
+    assert 0 < data["num_steps"] < 20_000
     assert read_trajectory(tmp_path / "out" / TRAJECTORY).num_rows > 0
     assert (tmp_path / "out" / REPORT).stat().st_size > 10_000
+
+
+def test_an_interrupted_replay_gives_no_verdict_and_exit_code_130(tmp_path: Path) -> None:
+    xgv_cosim.run("hello", out=tmp_path / "out", set=["duration_s=20", "expect=[]"], report=False)
+    recorded = json.loads((tmp_path / "out" / RESULT).read_text())
+    (tmp_path / "out" / RESULT).write_text(json.dumps(recorded | {"num_steps": 20_000}))  # long enough
+    code, out, errors = interrupted("replay", "out", cwd=tmp_path)
+    assert code == 130, errors
+    assert out == ""
 
 
 def test_the_table_is_plain_lines_without_a_terminal(tmp_path: Path) -> None:
