@@ -74,7 +74,7 @@ def test_who_was_there_in_a_loaded_state_departs_with_the_first_snapshot(tmp_pat
     assert first.step(nobody()).departed == ()
     load_libsumo().simulation.saveState(str(tmp_path / "state.xml"))
     first.close()
-    second = SumoWorld(config, step_s=0.1, seed=1, options=("--load-state", "state.xml"))
+    second = SumoWorld(config, step_s=0.1, seed=1, options=("--load-state", str(tmp_path / "state.xml")))
     snapshot = second.start()
     assert (snapshot.ids, snapshot.departed) == (("a",), ("a",))
     assert second.step(nobody()).departed == ()
