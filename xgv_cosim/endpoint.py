@@ -11,7 +11,8 @@ from typing import Protocol
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
-from xgv_cosim.commands import MotionProfile, WrenchEffort
+from xgv_cosim.actuation import Gear
+from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, WrenchEffort
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,26 @@ class CommandStatus:
     command: StatusCommand
 
 
-StackMessage = RequestControl | ReleaseControl | CommandStatus | MotionProfile | WrenchEffort
+@dataclass(frozen=True, slots=True)
+class SetAuthority:
+    """Set Component Authority (XGV-20)."""
+
+    component: ComponentId
+    authority: int
+    """0 to 255."""
+
+
+StackMessage = (
+    RequestControl
+    | ReleaseControl
+    | CommandStatus
+    | SetAuthority
+    | MotionProfile
+    | MotionQueue
+    | WrenchEffort
+    | DiscreteDevices
+    | Signals
+)
 """Everything a stack may send in this version."""
 
 
@@ -77,7 +97,15 @@ class EndpointChanged:
     reasons: tuple[str, ...] = ()
 
 
-EndpointEvent = CommandAccepted | CommandDropped | MessageRefused | EndpointChanged
+@dataclass(frozen=True, slots=True)
+class DevicesCommanded:
+    """Gear selector or engine are to change; None leaves a device as it is (XGV-09, XGV-34)."""
+
+    gear: Gear | None = None
+    engine_on: bool | None = None
+
+
+EndpointEvent = CommandAccepted | CommandDropped | DevicesCommanded | MessageRefused | EndpointChanged
 
 
 class Endpoint(Protocol):
@@ -96,6 +124,11 @@ class Endpoint(Protocol):
     @property
     def device_bits(self) -> int:
         """Return the safety-device bits that the endpoint itself sets, such as "errors detected"."""
+        ...
+
+    @property
+    def lost_functions(self) -> int:
+        """Return the bits of ``actuation.LostFunction`` that the errors in force take away (XGV-38)."""
         ...
 
     @property

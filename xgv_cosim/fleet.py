@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from xgv_cosim.actuation import Driver, Lateral, Longitudinal
+from xgv_cosim.actuation import Driver, Gear, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, UInt16Column
 from xgv_cosim.commands import CommandColumns, empty_commands
 from xgv_cosim.errors import ScenarioError, UnknownVehicleError
@@ -138,6 +138,15 @@ class Fleet:
     """Brake effort held after a controlled stop, share 0 to 1 (XGV-33)."""
     centres_without_command: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """Closed-loop steering without a live command goes to 0 instead of staying (XGV-35)."""
+    gear_wanted: UInt8Column = field(default_factory=lambda: np.full(FIRST_CAPACITY, Gear.DRIVE, np.uint8))
+    """``actuation.Gear`` last commanded in wrench-efforts mode; closed-loop control chooses by the sign of
+    the commanded speed."""
+    engine_on: BoolColumn = field(default_factory=lambda: np.ones(FIRST_CAPACITY, np.bool_))
+    """False: no drive force."""
+    lost_functions: UInt8Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint8))
+    """Bits of ``actuation.LostFunction``: what errors have taken away (XGV-38)."""
+    frozen: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
+    """The controller is frozen: outputs held, modes not computed, endpoint silent (XGV-67)."""
     handed_over: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """False while the world's driver still keeps both axes after binding (``bind.start``)."""
 
@@ -223,5 +232,9 @@ _SINGLE_COLUMNS = (
     "stop_decel_mps2",
     "stop_hold_brake",
     "centres_without_command",
+    "gear_wanted",
+    "engine_on",
+    "lost_functions",
+    "frozen",
     "handed_over",
 )
