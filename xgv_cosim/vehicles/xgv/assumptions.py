@@ -58,7 +58,7 @@ _READINGS = (
     _Reading(
         "XGV-20",
         "E",
-        "A request with a higher authority than the controller's pre-empts him; an equal one is rejected.",
+        "A request with a higher authority than the controller's preempts him; an equal one is rejected.",
         ("component_control",),
     ),
     _Reading(
