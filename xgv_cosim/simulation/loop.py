@@ -141,9 +141,11 @@ class Simulation:
         fleet.reference = setpoints.seeded_references(
             fleet.reference,
             fleet.motion,
+            fleet.parameters,
             axes.longitudinal != fleet.longitudinal,
             axes.lateral != fleet.lateral,
         )
+        fleet.engine_on = setpoints.engine_after(fleet, axes.longitudinal)
         fleet.safety_mode, fleet.longitudinal, fleet.lateral = (
             axes.safety_mode,
             axes.longitudinal,
@@ -159,6 +161,7 @@ class Simulation:
         limited, failed = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
         motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
         fleet.motion = motion
+        fleet.gear_wanted = setpoints.gear_kept(fleet)
         fleet.reference = merge_references(limited, followed, wanted, motion)
         reporting.note_failed_references(self.state, failed)
 
@@ -186,5 +189,5 @@ class Simulation:
             heading_before_rad,
         )
         fleet.reference = setpoints.seeded_references(
-            fleet.reference, fleet.motion, ~computer_speed, ~computer_steering
+            fleet.reference, fleet.motion, fleet.parameters, ~computer_speed, ~computer_steering
         )
