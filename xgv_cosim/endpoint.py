@@ -64,7 +64,7 @@ StackMessage = (
 
 @dataclass(frozen=True, slots=True)
 class CommandAccepted:
-    """A motion command became the one in force."""
+    """A motion command became the one in force: it was just accepted, or waited for its turn."""
 
     command: MotionProfile | WrenchEffort
     expires_s: float
@@ -91,7 +91,17 @@ class EndpointChanged:
     """Something of the endpoint's state changed; becomes a row of the event log."""
 
     kind: str
-    """``control_mode``, ``ready_mode``, ``component_control``, ``component_status`` or ``error``."""
+    """``control_mode``, ``ready_mode``, ``component_control``, ``component_status``, ``error``,
+    ``error_latched``, ``warning`` or ``signals``."""
+    before: str
+    after: str
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ControlPreempted:
+    """Somebody with more authority has taken a component from another (XGV-66); becomes a row of its own."""
+
     before: str
     after: str
     reasons: tuple[str, ...] = ()
@@ -105,7 +115,14 @@ class DevicesCommanded:
     engine_on: bool | None = None
 
 
-EndpointEvent = CommandAccepted | CommandDropped | DevicesCommanded | MessageRefused | EndpointChanged
+EndpointEvent = (
+    CommandAccepted
+    | CommandDropped
+    | ControlPreempted
+    | DevicesCommanded
+    | MessageRefused
+    | EndpointChanged
+)
 
 
 class Endpoint(Protocol):
@@ -142,12 +159,29 @@ class Endpoint(Protocol):
         ...
 
     @property
+    def component_authority(self) -> dict[ComponentId, int]:
+        """Return the authority with which each component is controlled, 0: nobody controls it (XGV-20)."""
+        ...
+
+    @property
     def next_deadline_s(self) -> float:
         """Return when ``handle_deadline`` is due, ``inf`` for never."""
         ...
 
     def receive(self, message: StackMessage, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
         """Take one message from ``sender``."""
+        ...
+
+    def heard(self, sender: JausAddress, now_s: float) -> None:
+        """Take note of traffic of ``sender`` that is no message for the endpoint (XGV-65)."""
+        ...
+
+    def safety_mode_entered(self, code: int, now_s: float) -> list[EndpointEvent]:
+        """Take note of the safety mode now in force (XGV-34, XGV-70)."""
+        ...
+
+    def devices_changed(self, safety_devices: int, now_s: float) -> list[EndpointEvent]:
+        """Take note of the safety devices now in force; only warnings come of it (XGV-38)."""
         ...
 
     def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
@@ -163,7 +197,19 @@ class Endpoint(Protocol):
         ...
 
     def clear_error(self, code: int, now_s: float) -> list[EndpointEvent]:
-        """Clear an error code."""
+        """Take note that the cause of an error is gone; a latched error stays (XGV-38)."""
+        ...
+
+    def clear_errors(self, now_s: float) -> list[EndpointEvent]:
+        """Clear what is latched and whose cause is gone: the operator's verb (XGV-38)."""
+        ...
+
+    def refuse_resume(self, reason: str) -> None:
+        """Refuse Resume from now on for ``reason``; an empty one allows it again (XGV-37)."""
+        ...
+
+    def stand_by(self, reason: str, now_s: float) -> list[EndpointEvent]:
+        """Set the components that are ready to standby (XGV-37)."""
         ...
 
     def reasons(self, safety_devices: int) -> tuple[str, ...]:

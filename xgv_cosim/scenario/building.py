@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 from jaus.address import JausAddress
@@ -55,8 +56,9 @@ def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> Simulation:
 
 
 def profile_of(scenario: Scenario) -> XgvProfile:
-    """Return the XGV profile with the scenario's settings."""
-    return XgvProfile(scenario.xgv.settings())
+    """Return the XGV profile with the scenario's settings and seed."""
+    settings = replace(scenario.xgv.settings(), safestop=scenario.safestop.settings())
+    return XgvProfile(settings, scenario.seed)
 
 
 def selector_of(scenario: Scenario) -> Selector:

@@ -21,6 +21,7 @@ from xgv_cosim.simulation import (
     moding,
     reporting,
     requests,
+    safety,
     setpoints,
     views,
 )
@@ -95,6 +96,7 @@ class Simulation:
         owners: tuple[BoolColumn, BoolColumn] | None = None
         while tick < end:
             requests.apply_scheduled(state, self.world, tick)
+            safety.meet_deadlines(state)
             commanding.meet_deadlines(state)
             self._resolve_modes()
             owners = owners or exchange.computer_axes(fleet)  # the world changes owners at its own step
@@ -153,6 +155,7 @@ class Simulation:
         )
         fleet.speed_released_s, fleet.steering_released_s = axes.speed_released_s, axes.steering_released_s
         fleet.handed_over = axes.handed_over
+        reporting.note_stops_without_effect(self.state, answer.pausing)
 
     def _advance_motion(self, ticks: int) -> None:
         """Ruckig once for the segment, then controllers and plant over its ticks."""
