@@ -15,6 +15,7 @@ from xgv_cosim.injection import InjectionKind
 from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.problems import word_hint
 from xgv_cosim.scenario.section import Section
+from xgv_cosim.vehicles.xgv.errors import ERRORS, near_codes
 
 PATTERN, LIST, QUERY = "|pattern", "|list", "|query"
 """Tags of the three shapes of a selector; ``|`` keeps them apart from keys in error locations."""
@@ -29,6 +30,17 @@ ModeName = Literal[
     "inactive",
 ]
 """Safety modes that a vehicle may be expected to be in."""
+
+
+def known_error_code(code: int) -> int:
+    """Return an error code that the XGV has.
+
+    Raises:
+        ValueError: It has no such code; the message names the nearest ones.
+    """
+    if code not in ERRORS:
+        raise ValueError(f"got {code}, but the XGV has no such error; near it: {near_codes(code)}")
+    return code
 
 
 class VehicleQuery(Section):
@@ -143,7 +155,7 @@ class InjectionSection(Section):
     """What happens."""
     duration_s: Annotated[float, Field(gt=0)] | None = None
     """How long it lasts; without it, to the end (latching is the vehicle's business)."""
-    code: Annotated[int, Field(ge=0)] | None = None
+    code: int | None = None
     """Error code, for kind error."""
 
     @model_validator(mode="after")
@@ -153,6 +165,11 @@ class InjectionSection(Section):
         if self.kind is not InjectionKind.ERROR and self.code is not None:
             raise ValueError(f"'code' goes with kind: error, not with kind: {self.kind}; remove it")
         return self
+
+    @field_validator("code")
+    @classmethod
+    def _code_is_known(cls, code: int | None) -> int | None:
+        return None if code is None else known_error_code(code)
 
 
 class ExpectationSection(Section):
