@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from collections.abc import Iterable
 from enum import Enum
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -23,18 +22,21 @@ from jaus.component import (
     StatusCommand,
 )
 from xgv_cosim import injection
+from xgv_cosim.actuation import LostFunction
 from xgv_cosim.cli.modes import mode_words, sections
 from xgv_cosim.endpoint import CommandStatus, Endpoint, RequestControl, StackMessage
-from xgv_cosim.injection import InjectionKind
+from xgv_cosim.injection import InjectionKind, OperatorAction
+from xgv_cosim.scenario.safestop_section import SafeStopSection
 from xgv_cosim.scenario.sections import BindSection
 from xgv_cosim.scenario.xgv_section import XgvSection
-from xgv_cosim.vehicles import base
 from xgv_cosim.vehicles.xgv import modes as rules
+from xgv_cosim.vehicles.xgv import rearm as rearming
 from xgv_cosim.vehicles.xgv.assumptions import ledger
-from xgv_cosim.vehicles.xgv.errors import ERRORS
+from xgv_cosim.vehicles.xgv.errors import COMMAND_TIMEOUTS, ERRORS, XgvError
 from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode
-from xgv_cosim.vehicles.xgv.profile import EFFECTS, XgvProfile
-from xgv_cosim.vehicles.xgv.settings import XgvSettings
+from xgv_cosim.vehicles.xgv.profile import XgvProfile
+from xgv_cosim.vehicles.xgv.rearm import PRESETS, WORDS, Rearm, RearmCause, RearmSettings
+from xgv_cosim.vehicles.xgv.settings import ErrorLatch, XgvSettings
 
 PD, MPD = ComponentId.PRIMITIVE_DRIVER, ComponentId.MOTION_PROFILE_DRIVER
 _ALICE, _BOB = JausAddress(1, 2, 4, 1), JausAddress(1, 3, 4, 1)
@@ -222,48 +224,88 @@ def _yes(holds: bool) -> str:
 
 
 def injections() -> str:
-    """Return each injection and what it does to an XGV."""
+    """Return each injection, what it does to an XGV, and the mode that it alone causes."""
     meanings = member_docs(injection, "InjectionKind")
-    said = member_docs(base, "InjectionEffect")
+    effects = XgvProfile().effects
     rows = []
     for kind in InjectionKind:
-        effect = EFFECTS.get(kind)
         what, ids = rules_in(meanings[kind.name])
-        does = "unsupported: says so in the event log" if effect is None else _effect_words(effect, said)
-        rows.append((f"`{kind.value}`", what, does, ids))
-    return table(("kind", "what happens", "what it does to an XGV", "rules"), rows)
-
-
-def _effect_words(effect: base.InjectionEffect, said: Mapping[str, str]) -> str:
-    parts = []
-    for field in fields(effect):
-        value = getattr(effect, field.name)
-        if value == field.default:
-            continue
-        if field.name == "device_bits":
-            devices = [name for name, bit in _DEVICE_BITS.items() if value & bit]
-            mode = mode_words(rules.resolve_safety_mode(value, software_ready=True))
-            parts.append(f"{', '.join(devices)}: {mode}")
+        mode = ""
+        if kind in effects:
+            bits = effects[kind].device_bits
+            what = words(effects[kind].text)
+            mode = mode_words(rules.resolve_safety_mode(bits, software_ready=True)) if bits else ""
         else:
-            text = rules_in(said[field.name])[0]
-            parts.append(text if value is True else f"{text} (`{plain(value)}`)")
-    return "; ".join(parts) or "nothing"
+            what = f"unsupported, the event log says so: {what}"
+        rows.append((f"`{kind.value}`", what, mode, ids))
+    return table(("kind", "what happens", "alone it causes", "rules"), rows)
+
+
+def operator_actions() -> str:
+    """Return what an operator can do at the vehicle beside the devices."""
+    meanings = member_docs(injection, "OperatorAction")
+    return table(
+        ("action", "what it does", "rules"),
+        [(f"`{action.value}`", *rules_in(meanings[action.name])) for action in OperatorAction],
+    )
+
+
+def rearm() -> str:
+    """Return what each cause of a stop needs before the car moves again, by preset (XGV-37)."""
+    return table(
+        ("key", "after", *(f"`{preset.value}`" for preset in PRESETS)),
+        [
+            (
+                f"`xgv.rearm.{cause.value}`",
+                WORDS[cause],
+                *(f"`{RearmSettings(preset).of(cause).value}`" for preset in PRESETS),
+            )
+            for cause in RearmCause
+        ],
+    )
+
+
+def rearm_words() -> str:
+    """Return what the values of the keys for re-arming mean."""
+    meanings = member_docs(rearming, "Rearm")
+    return table(("value", "what the car needs"), [(f"`{way.value}`", meanings[way.name]) for way in Rearm])
 
 
 def errors() -> str:
     """Return every error code with what it does (XGV-38)."""
+    effects = XgvSettings().error_effects
     return table(
-        ("code", "text", "kind", "pauses the car"),
+        ("code", "text", "kind", "pauses the car", "takes away", "is raised until"),
         [
-            (str(error.code), error.text, "warning" if error.is_warning else "error", _yes(error.pauses))
+            (
+                str(error.code),
+                error.text,
+                "warning" if error.is_warning else "error",
+                _yes(error.pauses),
+                ", ".join(plain(lost) for lost in LostFunction if effects.get(error.code, 0) & lost),
+                _until(error),
+            )
             for _, error in sorted(ERRORS.items())
         ],
     )
 
 
+def _until(error: XgvError) -> str:
+    if error.code in COMMAND_TIMEOUTS:
+        return "a fresh command is accepted"
+    if error.is_hardware and XgvSettings().errors_latch is ErrorLatch.HARDWARE:
+        return "its cause is gone and the operator has cleared it"
+    return "its cause is gone"
+
+
 def xgv_keys() -> str:
     """Return every key of section ``xgv`` of a scenario."""
     return _keys(XgvSection, "xgv")
+
+
+def safestop_keys() -> str:
+    """Return every key of section ``safestop`` of a scenario."""
+    return _keys(SafeStopSection, "safestop")
 
 
 def bind_keys() -> str:
@@ -275,15 +317,16 @@ def _keys(section: type[BaseModel], name: str) -> str:
     return table(("key", "default", "unit or values", "meaning", "rules"), sorted(_key_rows(section, name)))
 
 
-def _key_rows(section: type[BaseModel], prefix: str) -> Iterable[tuple[str, ...]]:
+def _key_rows(section: type[BaseModel], prefix: str, above: str = "") -> Iterable[tuple[str, ...]]:
+    """Yield one row per key; a key without rules of its own has those of its section."""
     for name, field in section.model_fields.items():
         key = f"{prefix}.{field.alias or name}"
         kind = field.annotation
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            yield from _key_rows(kind, key)
-            continue
         meaning, ids = rules_in(words(field.description or ""))
-        yield f"`{key}`", _default(field), _values(name, field), meaning, ids
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            yield from _key_rows(kind, key, ids or rules_in(words(kind.__doc__ or ""))[1])
+        else:
+            yield f"`{key}`", _default(field), _values(name, field), meaning, ids or above
 
 
 def _default(field: FieldInfo) -> str:
@@ -294,6 +337,8 @@ def _default(field: FieldInfo) -> str:
         return "none"
     if isinstance(value, Enum):
         return f"`{value.value}`"
+    if isinstance(value, tuple):
+        return f"`[{', '.join(map(str, value))}]`"
     return f"`{str(value).lower() if isinstance(value, bool) else value}`"
 
 

@@ -89,6 +89,6 @@ def test_every_injection_error_and_mode_has_its_row() -> None:
 
 def test_every_key_and_kind_has_a_meaning() -> None:
     """A key or kind without words is one that nobody can use."""
-    for name, meaning in (("xgv keys", 3), ("bind keys", 3), ("injections", 1)):
+    for name, meaning in (("xgv keys", 3), ("safestop keys", 3), ("bind keys", 3), ("injections", 1)):
         rows = [line.strip("| ").split(" | ") for line in part(name).strip().splitlines()[2:]]
         assert [row[0] for row in rows if not row[meaning].strip()] == []
