@@ -61,6 +61,22 @@ def time_in_mode_s(modes: list[dict[str, Any]], end_s: float) -> dict[str, float
     return {mode: round(seconds, 9) for mode, seconds in spent.items()}
 
 
+def time_without_control_s(events: list[Event], vehicle_id: str, end_s: float) -> dict[str, float]:
+    """Return for each axis the seconds in which neither computer nor driver had it (XGV-64).
+
+    It counts from the binding to ``end_s``; an axis that never changed hands was somebody's all along.
+    """
+    spent = {}
+    for axis in ("speed", "steering"):
+        changes = [e for e in events if e.vehicle == vehicle_id and e.kind == f"{axis}_control"]
+        ends = [*(event.t_s for event in changes), end_s][1:]
+        without = sum(
+            until - event.t_s for event, until in zip(changes, ends, strict=True) if event.after == "nobody"
+        )
+        spent[axis] = round(without, 9)
+    return spent
+
+
 def vehicle_rows(
     series: dict[str, VehicleSeries], events: list[Event], contacts: Sequence[Contact], end_s: float
 ) -> dict[str, Any]:
@@ -71,7 +87,11 @@ def vehicle_rows(
         name = event.vehicle
         injections = injections_of(events, name)
         modes = modes_of(events, name)
-        metrics: dict[str, Any] = {"time_in_mode_s": time_in_mode_s(modes, _last_seen(events, name, end_s))}
+        last_s = _last_seen(events, name, end_s)
+        metrics: dict[str, Any] = {
+            "time_in_mode_s": time_in_mode_s(modes, last_s),
+            "time_without_control_s": time_without_control_s(events, name, last_s),
+        }
         if injections and name in series:
             metrics |= _stop_row(series[name], injections[0], end_s)
         metrics["collisions"] = sum(name in {row.collider, row.victim} for row in contacts)

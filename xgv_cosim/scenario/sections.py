@@ -116,6 +116,8 @@ class BindSection(Section):
     """Time after which the rider takes an axis that was released without his doing."""
     partial: Literal["full", "manual_steering", "manual_speed", "both_manual"] = "full"
     """Partial mode: which axes the computer leaves to the human (XGV-39, XGV-41)."""
+    partial_forced: bool = False
+    """Allow a partial mode with driver: none; a pause with manual speed then has no effect (XGV-41)."""
     stack: Literal["reference", "none"] = "reference"
     """The autonomy stack: reference (keeps lane and distance) or none."""
     desired_speed_mps: Annotated[float, Field(gt=0)] | None = None
@@ -134,10 +136,10 @@ class BindSection(Section):
 
     @model_validator(mode="after")
     def _agrees_with_itself(self) -> Self:
-        if self.partial != "full" and self.driver == "none":
+        if self.partial != "full" and self.driver == "none" and not self.partial_forced:
             raise ValueError(
                 f"partial: {self.partial} leaves an axis to a human, but with driver: none nobody is aboard; "
-                "use driver: rider, driver: world or partial: full (XGV-41)"
+                "use driver: rider, driver: world or partial: full (XGV-41), or partial_forced: true"
             )
         if self.desired_speed_mps is not None and self.stack == "none":
             raise ValueError("desired_speed_mps is read by stack: reference only; remove one of the two")

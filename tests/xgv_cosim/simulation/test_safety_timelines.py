@@ -426,3 +426,22 @@ def test_software_override_needs_the_controller_and_hardware_override_does_not(o
         again = [expected] if kind == "emo" else []
         assert modes == [expected, "drive_by_wire", *again]
         simulation.close()
+
+
+def test_a_scenario_may_force_a_manual_axis_without_a_driver(open_hello: Opener) -> None:
+    """XGV-41: refused unless forced."""
+    with pytest.raises(ScenarioError, match="partial_forced"):
+        open_hello("bind.0.driver=none", "bind.0.partial=manual_speed")
+    simulation = open_hello("bind.0.driver=none", "bind.0.partial=manual_speed", "bind.0.partial_forced=true")
+    simulation.run_until(4.0)
+    simulation.vehicle("xgv_0").estop("pause")
+    simulation.run_until(5.0)
+    assert changes(simulation, "pause_ineffective") == [(4.0, "pause")]
+
+
+@pytest.mark.parametrize("kind", ["reinit", "shutdown", "pause_request"])
+def test_kinds_that_the_xgv_has_not_say_so(open_hello: Opener, kind: str) -> None:
+    """Cross-profile rules: unsupported kinds are events, not silence."""
+    simulation = open_hello(f"injections=[{{at_s: 1.0, vehicles: xgv_0, kind: {kind}}}]")
+    simulation.run_until(1.5)
+    assert changes(simulation, "injection_unsupported") == [(1.0, kind)]

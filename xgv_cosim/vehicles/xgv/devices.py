@@ -17,6 +17,7 @@ from xgv_cosim.vehicles.xgv.errors import SAFESTOP_LINK_LOSS
 from xgv_cosim.vehicles.xgv.modes import SafetyMode
 from xgv_cosim.vehicles.xgv.rearm import WORDS, RearmCause, Rearming
 from xgv_cosim.vehicles.xgv.safestop import (
+    RUN,
     Demand,
     LinkStatus,
     Receiver,
@@ -69,6 +70,7 @@ EFFECTS: Mapping[InjectionKind, InjectionEffect] = MappingProxyType(
 """What each injection does to an XGV (XGV-14, XGV-52, cross-profile rules); other kinds are unsupported."""
 
 _STEERING_KINDS = (InjectionKind.STEERING_UNINITIALISED, InjectionKind.STEERING_AWAITS_USER)
+_NOTHING: Mapping[str, str] = MappingProxyType({})
 _STOPPING_MODES = modes.PAUSES | {SafetyMode.ESTOP_DISABLE}
 _STOP_BITS = modes.SAFESTOP_STOP | modes.ESTOP_BUTTON
 
@@ -198,6 +200,8 @@ class XgvDevices:
 
         A demand that is only still on its way from the transmitter is not masked.
         """
+        if not self._acting and not self._receiver.is_silent and self._receiver.relays == RUN:
+            return _NOTHING  # as for most cars most of the time
         mode = SafetyMode(safety_mode) if safety_mode not in range(2, 8) else SafetyMode.SOFTWARE_PAUSE
         if mode in _STOPPING_MODES:
             return {}
