@@ -3,7 +3,7 @@
 A component serves at most one controlling component at a time. Whoever wants to command it requests
 control with an authority from 0 to 255. The request is confirmed when nobody controls the component,
 repeated requests of the controller are confirmed again without effect, and a request with a higher
-authority than the controller's pre-empts him: he is told by a reject. All else is rejected
+authority than the controller's preempts him: he is told by a reject. All else is rejected
 (XGV-10, XGV-19, XGV-20). Authority arbitrates; it is not a safety function (XGV-66).
 
 Beside that each component has a status, changed by commands. Who may send them depends on how the
@@ -193,7 +193,7 @@ class ControlConfirmed:
 
 @dataclass(frozen=True, slots=True)
 class ControlRejected:
-    """Reject Component Control goes to ``to``: refused, or pre-empted."""
+    """Reject Component Control goes to ``to``: refused, or preempted."""
 
     to: JausAddress
 
@@ -275,7 +275,7 @@ class Component:
         """Take Set Component Authority: the controller says with which authority he controls (XGV-20).
 
         From anyone else it has no effect. Raising it is nothing that a new request could not do;
-        lowering it lets others pre-empt him.
+        lowering it lets others preempt him.
 
         Raises:
             LocalProtocolError: The authority does not fit into one byte.

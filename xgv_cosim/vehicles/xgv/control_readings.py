@@ -42,6 +42,23 @@ CONTROL_READINGS = (
         setting="disable_engine_off",
     ),
     Reading(
+        "XGV-31",
+        "D",
+        "Whether the brake loses its assistance while the engine is off; then an effort gives a share of its "
+        "deceleration. A driver who takes the speed starts the engine again.",
+        ("engine:off",),
+        key="xgv.engine.brake_assist_lost",
+        setting="engine_brake_assist_lost",
+    ),
+    Reading(
+        "XGV-70",
+        "D",
+        "Gears: in closed loop the sign of the commanded speed chooses drive or reverse; a change takes 0.5 s "
+        "of standstill with the brake pressed and 1.0 s of shifting (plant: shift_standstill_s, "
+        "shift_delay_s). Steering that has lost its function is as if released.",
+        ("handover", "gear_engaged"),
+    ),
+    Reading(
         "XGV-34",
         "D",
         "Whether the engine is switched in a pause only by a controller; in drive-by-wire it always is. "
@@ -96,7 +113,7 @@ CONTROL_READINGS = (
     Reading(
         "XGV-66",
         "D",
-        "Who pre-empts a commanded car ends its command: 9157 or 9158 pauses it until his first own one.",
+        "Who preempts a commanded car ends its command: 9157 or 9158 pauses it until his first own one.",
         ("control_preempted",),
     ),
     Reading(
