@@ -85,8 +85,8 @@ class Drivers:
 
     def heard(self, sender: JausAddress, now_s: float) -> None:
         """Take note of traffic of any kind (XGV-65)."""
-        if sender in {self.primitive.controller, self.profile.controller}:
-            self._silence.heard(sender, now_s)
+        self._silence.heard(sender, now_s)
+        self._silence.keep(self._clients)
 
     def standing(self, sender: JausAddress) -> Standing:
         """Return how ``sender`` stands to the Primitive Driver."""
@@ -99,7 +99,7 @@ class Drivers:
     def request_control(
         self, message: RequestControl, sender: JausAddress, now_s: float
     ) -> list[EndpointEvent]:
-        """Take Request Component Control (XGV-20); a pre-empted controller has lost it by then."""
+        """Take Request Component Control (XGV-20); a preempted controller has lost it by then."""
         component = self.by_id.get(message.component)
         if component is None:
             return [_refuse_component(message, message.component)]
@@ -203,7 +203,14 @@ class Drivers:
             events += self._take_control_from(silent, now_s)
         if self._ask_s <= now_s + _ROUNDING_S:
             events += self._ask_for_primitive(now_s)
+        self._silence.keep(self._clients)
         return events
+
+    @property
+    def _clients(self) -> set[JausAddress]:
+        """Return who controls a driver from outside."""
+        holders = {self.primitive.controller, self.profile.controller} - {self.profile.address}
+        return {holder for holder in holders if holder is not None}
 
     def _take_control_from(self, controller: JausAddress, now_s: float) -> list[EndpointEvent]:
         """End the control of one who has fallen silent, over both drivers (XGV-65)."""
@@ -237,7 +244,6 @@ class Drivers:
         changes = [outcome for outcome in outcomes if isinstance(outcome, ControlChanged)]
         if not changes:
             return []
-        self._silence.keep(filter(None, (self.primitive.controller, self.profile.controller)))
         self.loss = ""
         if component is self.profile:
             if self.profile.control is not None:

@@ -138,6 +138,8 @@ class XgvEndpoint:
         """
         if self._safety_mode is SafetyMode.INACTIVE:
             return [MessageRefused(message, "the system is not active (XGV-32)")]
+        if sender in {component.address for component in self._drivers.by_id.values()}:
+            return [MessageRefused(message, f"{sender} is a component of this car, nobody outside (XGV-65)")]
         events = self._handle(message, sender, now_s)
         self._drivers.heard(sender, now_s)
         return events
@@ -325,7 +327,7 @@ class XgvEndpoint:
         ended, loser = self._motion.command, self._motion.commander
         events = self._motion.drop(f"{loser} lost control: {why}")
         if ended is not None:
-            events += self._faults.raise_code(_timeout_of(ended), f"{loser} was pre-empted: {why}")
+            events += self._faults.raise_code(_timeout_of(ended), f"{loser} was preempted: {why}")
         return events
 
     def _show_warnings(self) -> list[EndpointEvent]:

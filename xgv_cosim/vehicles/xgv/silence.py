@@ -29,8 +29,7 @@ class SilenceWatch:
 
     def keep(self, controllers: Iterable[JausAddress]) -> None:
         """Forget whoever does not control anything, so that strangers cost no memory."""
-        current = set(controllers)
-        for sender in [sender for sender in self._heard_s if sender not in current]:
+        for sender in self._heard_s.keys() - set(controllers):
             del self._heard_s[sender]
 
     @property

@@ -87,7 +87,7 @@ def test_preemption_of_a_driven_car_is_a_software_pause_xgv_66(
     assert story.endpoint.errors == {code}
     assert story.endpoint.device_bits == 128
     raised = [e for e in events if isinstance(e, EndpointChanged) and e.kind == "error"]
-    assert "1.2.4.1 was pre-empted" in raised[0].reasons[1]
+    assert "1.2.4.1 was preempted" in raised[0].reasons[1]
     story.say(command, sender=BOB)
     assert story.endpoint.errors == frozenset()
 
@@ -152,6 +152,14 @@ def test_a_strangers_traffic_does_not_count_xgv_65() -> None:
     assert story.endpoint.component_controller[MPD] is None
 
 
+def test_the_name_of_the_cars_own_component_opens_nothing_xgv_65() -> None:
+    story = Story()
+    story.say(*TO_MOTION)
+    for message in (ReleaseControl(PD), CommandStatus(PD, StatusCommand.STANDBY), RequestControl(MPD, 255)):
+        assert "is a component of this car" in refusal(story.say(message, sender=MPD_ADDRESS))
+    assert story.modes == (ControlMode.MOTION_PROFILES, ReadyMode.READY)
+
+
 def test_silence_of_one_controller_leaves_the_other_xgv_65() -> None:
     story = Story()
     story.say(RequestControl(PD, 9), sender=BOB)
@@ -162,6 +170,20 @@ def test_silence_of_one_controller_leaves_the_other_xgv_65() -> None:
         assert story.endpoint.component_controller == {PD: BOB, MPD: ALICE}
     story.wait_until(5.0)  # the MPD asks each second
     assert story.endpoint.component_controller == {PD: MPD_ADDRESS, MPD: ALICE}
+
+
+def test_one_who_lost_the_pd_to_the_mpd_is_no_longer_waited_for_xgv_65() -> None:
+    story = Story()
+    story.say(RequestControl(PD, 0), sender=BOB)
+    story.now_s = 1.0
+    story.say(RequestControl(MPD, 1))  # the MPD outranks Bob and takes the PD
+    assert story.endpoint.next_deadline_s == 6.0
+    story.wait_until(5.5)
+    assert story.endpoint.control_mode is ControlMode.MOTION_PROFILES
+    assert story.changes("component_control")[-1] == (
+        "Primitive Driver: 1.3.4.1",
+        "Primitive Driver: Motion Profile Driver",
+    )
 
 
 def test_timeout_0_never_takes_control_xgv_65() -> None:
