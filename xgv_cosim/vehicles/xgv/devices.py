@@ -17,7 +17,6 @@ from xgv_cosim.vehicles.xgv.errors import SAFESTOP_LINK_LOSS
 from xgv_cosim.vehicles.xgv.modes import SafetyMode
 from xgv_cosim.vehicles.xgv.rearm import WORDS, RearmCause, Rearming
 from xgv_cosim.vehicles.xgv.safestop import (
-    RUN,
     Demand,
     LinkStatus,
     Receiver,
@@ -70,7 +69,6 @@ EFFECTS: Mapping[InjectionKind, InjectionEffect] = MappingProxyType(
 """What each injection does to an XGV (XGV-14, XGV-52, cross-profile rules); other kinds are unsupported."""
 
 _STEERING_KINDS = (InjectionKind.STEERING_UNINITIALISED, InjectionKind.STEERING_AWAITS_USER)
-_NOTHING: Mapping[str, str] = MappingProxyType({})
 _STOPPING_MODES = modes.PAUSES | {SafetyMode.ESTOP_DISABLE}
 _STOP_BITS = modes.SAFESTOP_STOP | modes.ESTOP_BUTTON
 
@@ -94,10 +92,22 @@ class XgvDevices:
         self._rearming = Rearming(settings.rearm)
         self._acting: set[InjectionKind] = set()
         self._codes: set[int] = set()
+        self._refresh()
+
+    def _refresh(self) -> None:
+        """Compute anew what is asked at every tick and changes seldom."""
+        self._bits = self._word()
+        self._masked: dict[int, Mapping[str, str]] = {}
+        self._followed: int | None = None
+        self._is_active = InjectionKind.INACTIVE not in self._acting
+        self._is_frozen = InjectionKind.FROZEN in self._acting and self._is_active
 
     @property
     def bits(self) -> int:
         """Return the device word but for bit 7, which the endpoint sets (XGV-52)."""
+        return self._bits
+
+    def _word(self) -> int:
         relays = self._receiver.relays
         bits = self._receiver.link << modes.LINK_STATUS_SHIFT
         bits |= modes.SAFESTOP_PAUSE if relays.pause else 0
@@ -115,12 +125,12 @@ class XgvDevices:
     @property
     def is_active(self) -> bool:
         """Return whether the system is booted (XGV-01, XGV-32)."""
-        return InjectionKind.INACTIVE not in self._acting
+        return self._is_active
 
     @property
     def is_frozen(self) -> bool:
         """Return whether the booted controller is frozen (XGV-67)."""
-        return InjectionKind.FROZEN in self._acting and self.is_active
+        return self._is_frozen
 
     @property
     def hears_stack(self) -> bool:
@@ -170,18 +180,21 @@ class XgvDevices:
                 receiver.stick(Relay.STOP, now_s, stuck=begins)
             case _:
                 pass  # a wired device or a fault: that it acts is all
+        self._refresh()
         return events + self._changes_since(before)
 
     def handle_deadline(self, now_s: float) -> list[EndpointChanged]:
         """Let the receiver hear what has arrived, or find that nothing does."""
         before = self._receiver.link
         self._receiver.advance(now_s)
+        self._refresh()
         return self._changes_since(before)
 
     def operate(self, action: OperatorAction, now_s: float) -> list[EndpointChanged]:  # noqa: ARG002 - the protocol's
         """Re-arm the car (XGV-37), or initialise its steering (XGV-69)."""
         if action is OperatorAction.INITIALISE_STEERING:
             self._acting -= set(_STEERING_KINDS)
+            self._refresh()
             return [EndpointChanged("operator", "", action.value)]
         gone = tuple(f"after the {WORDS[cause]}" for cause in self._rearming.rearm())
         left = (self._rearming.refusal,) if self._rearming.refusal else ()
@@ -189,6 +202,9 @@ class XgvDevices:
 
     def follow_stops(self, endpoint_bits: int) -> str:
         """Take note of the causes of XGV-37 that last now."""
+        if endpoint_bits == self._followed:
+            return ""  # nothing has changed since
+        self._followed = endpoint_bits
         return self._rearming.follow(self._lasting(endpoint_bits))
 
     def control_preempted(self) -> str:
@@ -200,8 +216,12 @@ class XgvDevices:
 
         A demand that is only still on its way from the transmitter is not masked.
         """
-        if not self._acting and not self._receiver.is_silent and self._receiver.relays == RUN:
-            return _NOTHING  # as for most cars most of the time
+        found = self._masked.get(safety_mode)
+        if found is None:
+            found = self._masked[safety_mode] = self._masked_in(safety_mode)
+        return found
+
+    def _masked_in(self, safety_mode: int) -> Mapping[str, str]:
         mode = SafetyMode(safety_mode) if safety_mode not in range(2, 8) else SafetyMode.SOFTWARE_PAUSE
         if mode in _STOPPING_MODES:
             return {}

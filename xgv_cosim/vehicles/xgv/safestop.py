@@ -121,7 +121,12 @@ class Transmitter:
     def __init__(self) -> None:
         self._moved: list[tuple[float, Demand]] = []
 
-    def num_moves(self, until_s: float = math.inf) -> int:
+    @property
+    def revision(self) -> int:
+        """Return how often toggle and button have moved so far."""
+        return len(self._moved)
+
+    def num_moves(self, until_s: float) -> int:
         """Return how often toggle and button have moved up to a time, that time included."""
         return sum(moved_s <= until_s + _ROUNDING_S for moved_s, _ in self._moved)
 
@@ -228,9 +233,9 @@ class Receiver:
     @property
     def next_change_s(self) -> float:
         """Return when relays or link may change by themselves, ``inf`` for never."""
-        moves = self._transmitter.num_moves()
-        if self._deadline is None or self._deadline[0] != moves:
-            self._deadline = (moves, self._look_ahead())
+        revision = self._transmitter.revision
+        if self._deadline is None or self._deadline[0] != revision:
+            self._deadline = (revision, self._look_ahead())
         return self._deadline[1]
 
     def advance(self, now_s: float) -> None:
