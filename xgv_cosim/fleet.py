@@ -207,8 +207,6 @@ class Fleet:
     the commanded speed."""
     engine_on: BoolColumn = field(default_factory=lambda: np.ones(FIRST_CAPACITY, np.bool_))
     """False: no drive force."""
-    engine_off_at_full_brake: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
-    """The engine is switched off when a disable begins (XGV-31)."""
     brake_share_without_engine: FloatColumn = field(default_factory=lambda: np.ones(FIRST_CAPACITY))
     """Share of its deceleration that a brake effort gives with the engine off (XGV-31)."""
     lost_functions: UInt8Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint8))
@@ -303,7 +301,6 @@ _SINGLE_COLUMNS = (
     "centres_without_command",
     "gear_wanted",
     "engine_on",
-    "engine_off_at_full_brake",
     "brake_share_without_engine",
     "lost_functions",
     "frozen",

@@ -138,6 +138,8 @@ def _closed_loop(
         vehicle.throttle_dead_band,
         vehicle.pedal_band_mps2,
     )
+    if reference_mps == 0.0:  # a stop needs no throttle, also where the slope brakes harder than asked
+        throttle = 0.0
     most_push = max(0.0, min(car.full_throttle_mps2, car.grip_mps2))
     most_braking = min(car.full_brake_mps2, car.grip_mps2)
     return (

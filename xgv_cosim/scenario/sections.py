@@ -90,11 +90,33 @@ class SumoSection(Section):
     """Further SUMO options, for example ``["--time-to-teleport", "-1"]``."""
 
 
+class EnvironmentSection(Section):
+    """The road under the bound vehicles."""
+
+    friction: Annotated[float, Field(ge=0.05, le=1.5)] | None = None
+    """Friction of tyre and road: 0.85 dry, 0.5 wet, 0.2 snow; without it, the preset's."""
+    grade: Annotated[float, Field(ge=-0.3, le=0.3)] = 0.0
+    """Rise of the road per distance in each vehicle's heading, positive uphill."""
+
+
 class WorldSection(Section):
     """The traffic around the bound vehicles."""
 
     sumo: SumoSection
     """Traffic simulated by SUMO."""
+    environment: EnvironmentSection = EnvironmentSection()
+    """The road under the bound vehicles."""
+
+
+class PlantSection(Section):
+    """What differs from the preset and from ``world.environment`` for these vehicles."""
+
+    released_steering: Literal["self_align", "hold"] = "self_align"
+    """What a wheel does that nobody holds: turn back as the car rolls, or stay (XGV-64)."""
+    friction: Annotated[float, Field(ge=0.05, le=1.5)] | None = None
+    """Friction of tyre and road; without it, that of ``world.environment``."""
+    grade: Annotated[float, Field(ge=-0.3, le=0.3)] | None = None
+    """Grade of the road; without it, that of ``world.environment``."""
 
 
 class BindSection(Section):
@@ -118,6 +140,8 @@ class BindSection(Section):
     """Partial mode: which axes the computer leaves to the human (XGV-39, XGV-41)."""
     partial_forced: bool = False
     """Allow a partial mode with driver: none; a pause with manual speed then has no effect (XGV-41)."""
+    plant: PlantSection = PlantSection()
+    """What differs from the preset and from ``world.environment``."""
     stack: Literal["reference", "none"] = "reference"
     """The autonomy stack: reference (keeps lane and distance) or none."""
     desired_speed_mps: Annotated[float, Field(gt=0)] | None = None

@@ -83,6 +83,13 @@ class DisableSection(Section):
     """It switches the engine off (XGV-31)."""
 
 
+class EngineSection(Section):
+    """The engine."""
+
+    brake_assist_lost: bool = _DEFAULT.engine_brake_assist_lost
+    """With the engine off the brake has lost its assistance; false: brake authority does not depend on it."""
+
+
 class ErrorEffectSection(Section):
     """Which errors take which function away, by their codes (XGV-38)."""
 
@@ -149,6 +156,8 @@ class XgvSection(Section):
     """Set Motion Profile."""
     disable: DisableSection = DisableSection()
     """E-stop disable."""
+    engine: EngineSection = EngineSection()
+    """The engine (XGV-31)."""
     errors: ErrorsSection = ErrorsSection()
     """Errors that the car detects in itself."""
     firmware: Annotated[Firmware, BeforeValidator(_quoted)] = _DEFAULT.firmware
@@ -177,6 +186,7 @@ class XgvSection(Section):
             nonmotion_needs_control=self.nonmotion.needs_control,
             motion_allow_many=self.motion.allow_many,
             disable_engine_off=self.disable.engine_off,
+            engine_brake_assist_lost=self.engine.brake_assist_lost,
             errors_latch=self.errors.latch,
             errors_effect_brake=self.errors.effect.brake,
             errors_effect_steering=self.errors.effect.steering,

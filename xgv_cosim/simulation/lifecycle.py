@@ -130,4 +130,6 @@ def fill_row(fleet: Fleet, slot: int, snapshot: Snapshot, row: int, binding: Bin
     stop = binding.profile.stop_settings
     fleet.stop_decel_mps2[slot] = stop.decel_mps2
     fleet.stop_hold_brake[slot] = stop.hold_brake
+    share = binding.parameters.unassisted_brake_share if stop.brake_needs_engine else 1.0
+    fleet.brake_share_without_engine[slot] = share
     fleet.centres_without_command[slot] = stop.centres_without_command

@@ -147,7 +147,9 @@ class Simulation:
             axes.longitudinal != fleet.longitudinal,
             axes.lateral != fleet.lateral,
         )
-        fleet.engine_on = setpoints.engine_after(fleet, axes.longitudinal)
+        started = setpoints.started_by_driver(fleet, axes.longitudinal)
+        reporting.note_started_engines(self.state, started)
+        fleet.engine_on = fleet.engine_on | started
         fleet.safety_mode, fleet.longitudinal, fleet.lateral = (
             axes.safety_mode,
             axes.longitudinal,
@@ -163,6 +165,7 @@ class Simulation:
         wanted = setpoints.setpoints_of(fleet)
         limited, failed = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
         motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
+        reporting.note_gears(self.state, fleet.motion.gear, motion.gear)
         fleet.motion = motion
         fleet.gear_wanted = setpoints.gear_kept(fleet)
         fleet.reference = merge_references(limited, followed, wanted, motion)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.actuation import Gear, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn, UInt8Column
 from xgv_cosim.injection import InjectionKind
 from xgv_cosim.simulation import commanding
@@ -43,14 +43,28 @@ def note_modes(state: RunState, axes: AxisModes) -> None:
         name_of = vehicle.binding.profile.safety_mode_name
         before, after = name_of(int(fleet.safety_mode[slot])), name_of(int(axes.safety_mode[slot]))
         state.note(vehicle.vehicle_id, "safety_mode", before, after, reasons_of(state, vehicle))
-        entered = vehicle.endpoint.safety_mode_entered(int(axes.safety_mode[slot]), state.now_s)
-        commanding.handle(state, vehicle, entered)
+        if not fleet.frozen[slot]:  # a frozen controller does not notice what hardware does (XGV-67)
+            entered = vehicle.endpoint.safety_mode_entered(int(axes.safety_mode[slot]), state.now_s)
+            commanding.handle(state, vehicle, entered)
     for slot in np.flatnonzero(axes.handed_over & ~fleet.handed_over).tolist():
         state.note(str(fleet.ids[slot]), "handover", "world_driver", "computer")
     _note_axis(
         state, "speed_control", fleet.longitudinal, axes.longitudinal, Longitudinal.FREE, Longitudinal.DRIVER
     )
     _note_axis(state, "steering_control", fleet.lateral, axes.lateral, Lateral.FREE, Lateral.DRIVER)
+
+
+def note_started_engines(state: RunState, started: BoolColumn) -> None:
+    """Enter which engines the world's driver has started, to drive on."""
+    for slot in np.flatnonzero(started).tolist():
+        state.note(str(state.fleet.ids[slot]), "engine", "off", "on", ("started by the driver",))
+
+
+def note_gears(state: RunState, before: UInt8Column, after: UInt8Column) -> None:
+    """Enter which gears have been engaged (XGV-70)."""
+    for slot in np.flatnonzero(before != after).tolist():
+        name, was, now = state.fleet.ids[slot], Gear(int(before[slot])), Gear(int(after[slot]))
+        state.note(str(name), "gear_engaged", was.name.lower(), now.name.lower())
 
 
 def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:

@@ -80,16 +80,10 @@ def gear_kept(fleet: Fleet) -> UInt8Column:
     return np.where(others, fleet.motion.gear, fleet.gear_wanted)
 
 
-def engine_after(fleet: Fleet, longitudinal: UInt8Column) -> BoolColumn:
-    """Return which engines run once the axis modes are ``longitudinal``.
-
-    A disable switches the engine off if that is configured (XGV-31); a driver who takes the speed
-    starts it again.
-    """
-    begins = (longitudinal == Longitudinal.FULL_BRAKE) & (fleet.longitudinal != Longitudinal.FULL_BRAKE)
-    running: BoolColumn = fleet.engine_on & ~(begins & fleet.engine_off_at_full_brake)
-    after: BoolColumn = running | (longitudinal == Longitudinal.DRIVER)
-    return after
+def started_by_driver(fleet: Fleet, longitudinal: UInt8Column) -> BoolColumn:
+    """Return which engines a driver who takes the speed has to start, because something stopped them."""
+    started: BoolColumn = ~fleet.engine_on & (longitudinal == Longitudinal.DRIVER)
+    return started
 
 
 def seeded_references(

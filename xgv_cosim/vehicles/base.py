@@ -152,6 +152,8 @@ class StopSettings:
     """Brake effort held at standstill, share 0 to 1 (XGV-33)."""
     centres_without_command: bool
     """Closed-loop steering without a live command goes straight instead of staying (XGV-35)."""
+    brake_needs_engine: bool = False
+    """With the engine off a brake effort gives ``unassisted_brake_share`` of its deceleration (XGV-31)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -142,11 +142,14 @@ class Drive:
     @classmethod
     def at(cls, speed_mps: float, **parameters: float) -> Drive:
         motion, reference = driving(speed_mps)
+        if speed_mps < 0.0:
+            motion.gear[:] = Gear.REVERSE
         return cls(motion, reference, replace(VehicleParameters(), **parameters))
 
     def for_s(self, duration_s: float, ticks: int = 1, **given: float) -> Drive:
         """Drive on with some setpoints, some ticks at a time; the record starts anew."""
-        wanted, columns = setpoints(1, **given), parameter_columns(self.vehicle, 1)
+        wanted = setpoints(1, **{"gear_wanted": self.motion.gear[0], **given})
+        columns = parameter_columns(self.vehicle, 1)
         self.motion = self.motion._replace(travelled_m=np.zeros(1))
         self.motions, self.references = [self.motion], [self.reference]
         for _ in range(round(duration_s / CONTROL_TICK_S / ticks)):

@@ -53,8 +53,8 @@ CONTROL_READINGS = (
     Reading(
         "XGV-70",
         "D",
-        "Gears: in closed loop the sign of the commanded speed chooses drive or reverse; a change takes 0.5 s "
-        "of standstill with the brake pressed and 1.0 s of shifting (plant: shift_standstill_s, "
+        "Gears: in closed loop the sign of the commanded speed chooses drive or reverse; a change takes "
+        "0.5 s of standstill with the brake pressed and 1.0 s of shifting (plant: shift_standstill_s, "
         "shift_delay_s). Steering that has lost its function is as if released.",
         ("handover", "gear_engaged"),
     ),

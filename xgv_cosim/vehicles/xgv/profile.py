@@ -64,6 +64,7 @@ class XgvProfile:
             decel_mps2=self.settings.pause_decel_mps2,
             hold_brake=self.settings.pause_hold_brake,
             centres_without_command=self.settings.pause_no_command_steering is PauseSteering.CENTRE,
+            brake_needs_engine=self.settings.engine_brake_assist_lost,
         )
 
     @property

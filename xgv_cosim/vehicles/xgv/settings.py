@@ -88,6 +88,8 @@ class XgvSettings:
     """Set Motion Profile may carry several motions (XGV-70)."""
     disable_engine_off: bool = False
     """E-stop disable switches the engine off (XGV-31)."""
+    engine_brake_assist_lost: bool = False
+    """With the engine off the brake has lost its assistance (XGV-31)."""
     errors_latch: ErrorLatch = ErrorLatch.HARDWARE
     """Which errors outlast their cause (XGV-38)."""
     errors_effect_brake: tuple[int, ...] = (9109, 9110, 9111)
