@@ -100,7 +100,7 @@ class VehicleHandle:
         """Return the fields of Report Vehicle Mode, None if the car does not report (XGV-45, XGV-53)."""
         vehicle, fleet = self._state.vehicle(self.vehicle_id), self._state.fleet
         slot = vehicle.slot
-        if fleet.frozen[slot]:
+        if not vehicle.is_computing:  # silent (XGV-32, XGV-67)
             return None
         return vehicle.binding.profile.vehicle_mode_report(
             int(fleet.control_mode[slot]),

@@ -189,6 +189,7 @@ def test_a_frozen_controller_holds_its_outputs_and_only_the_emergency_override_a
     simulation.run_until(9.1)
     assert modes_after(simulation, 9.0) == [(9.02, "emergency_manual_override")]
     assert car.reasons[0] == "emergency manual override"
+    assert car.vehicle_mode_report() is None
     assert changes(simulation, "speed_control")[-1] == (9.02, "driver")
     simulation.run_until(10.6)
     assert modes_after(simulation, 10.0) == [(10.02, "estop_pause")]  # the held outputs act again
@@ -240,6 +241,7 @@ def test_an_inactive_system_is_a_stock_car_with_telemetry_and_silence(open_hello
     simulation.run_until(4.5)
     car, slot = simulation.vehicle("xgv_0"), simulation.fleet.slot_of("xgv_0")
     assert (car.mode, car.reasons) == ("inactive", ("system not active",))
+    assert car.vehicle_mode_report() is None
     assert (simulation.fleet.control_mode[slot], simulation.fleet.ready_mode[slot]) == (0, 0)
     assert changes(simulation, "speed_control")[-1] == (4.03, "driver")
     assert changes(simulation, "steering_control")[-1] == (4.03, "driver")
