@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 import pytest
 
@@ -14,7 +12,9 @@ from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode, res
 from xgv_cosim.vehicles.xgv.settings import PauseSteering
 from xgv_cosim.vehicles.xgv.tables import SOFTWARE_READY_TABLE, resolve
 
-EVERYTHING = np.array(list(product(range(2048), ControlMode, ReadyMode, range(4), CommandKind)), np.int64).T
+EVERYTHING = np.stack(
+    np.meshgrid(range(2048), list(ControlMode), list(ReadyMode), range(4), list(CommandKind), indexing="ij")
+).reshape(5, -1)
 """All inputs at once: devices, control mode, ready mode, partial mode, command kind."""
 
 BY_WIRE = {SafetyMode.DRIVE_BY_WIRE, SafetyMode.SOFTWARE_PAUSE, SafetyMode.ESTOP_PAUSE}
