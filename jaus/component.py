@@ -111,6 +111,7 @@ class ControlInput(Enum):
 
     REQUEST = auto()
     RELEASE = auto()
+    SET_AUTHORITY = auto()
 
 
 class ControlReply(Enum):
@@ -130,6 +131,8 @@ class ControlEffect(Enum):
     """The sender controls from now on, with the authority it asked with."""
     RAISE_AUTHORITY = auto()
     """The controller keeps the higher of its present and the requested authority."""
+    SET_AUTHORITY = auto()
+    """The controller has exactly the given authority, which may be lower than before."""
     GIVE_UP = auto()
     """Nobody controls from now on."""
 
@@ -154,6 +157,19 @@ CONTROL_TRANSITIONS: Mapping[tuple[Situation, ControlInput], tuple[ControlReply,
             (Situation.SENDER_CONTROLS, ControlInput.RELEASE): (ControlReply.NOTHING, ControlEffect.GIVE_UP),
             (Situation.OTHER_CONTROLS, ControlInput.RELEASE): (ControlReply.NOTHING, ControlEffect.NONE),
             (Situation.OTHER_OUTRANKED, ControlInput.RELEASE): (ControlReply.NOTHING, ControlEffect.NONE),
+            (Situation.UNCONTROLLED, ControlInput.SET_AUTHORITY): (ControlReply.NOTHING, ControlEffect.NONE),
+            (Situation.SENDER_CONTROLS, ControlInput.SET_AUTHORITY): (
+                ControlReply.NOTHING,
+                ControlEffect.SET_AUTHORITY,
+            ),
+            (Situation.OTHER_CONTROLS, ControlInput.SET_AUTHORITY): (
+                ControlReply.NOTHING,
+                ControlEffect.NONE,
+            ),
+            (Situation.OTHER_OUTRANKED, ControlInput.SET_AUTHORITY): (
+                ControlReply.NOTHING,
+                ControlEffect.NONE,
+            ),
         }
     )
 )
@@ -249,13 +265,22 @@ class Component:
         Raises:
             LocalProtocolError: The authority does not fit into one byte.
         """
-        if not 0 <= authority <= MAX_AUTHORITY:
-            raise LocalProtocolError(f"authority: got {authority!r}, expected 0 to {MAX_AUTHORITY}")
-        return self._take(sender, ControlInput.REQUEST, authority)
+        return self._take(sender, ControlInput.REQUEST, _checked(authority))
 
     def release_control(self, sender: JausAddress) -> list[ControlOutcome]:
         """Take Release Component Control; from anyone but the controller it has no effect (XGV-20)."""
         return self._take(sender, ControlInput.RELEASE, 0)
+
+    def set_authority(self, sender: JausAddress, authority: int) -> list[ControlOutcome]:
+        """Take Set Component Authority: the controller says with which authority he controls (XGV-20).
+
+        From anyone else it has no effect. Raising it is nothing that a new request could not do;
+        lowering it lets others preempt him.
+
+        Raises:
+            LocalProtocolError: The authority does not fit into one byte.
+        """
+        return self._take(sender, ControlInput.SET_AUTHORITY, _checked(authority))
 
     def command_status(
         self, command: StatusCommand, sender: JausAddress, *, deputy: JausAddress | None = None
@@ -276,6 +301,10 @@ class Component:
     def finish_initialization(self) -> list[StatusOutcome]:
         """Go from initialize to standby; in any other status nothing happens."""
         return self._enter(ComponentStatus.STANDBY) if self._status is ComponentStatus.INITIALIZE else []
+
+    def fail(self) -> list[StatusOutcome]:
+        """Go to failure, from which Reset leads out; a component that is shut down stays so (XGV-21)."""
+        return [] if self._status is ComponentStatus.SHUTDOWN else self._enter(ComponentStatus.FAILURE)
 
     def standing_of(self, sender: JausAddress, *, deputy: JausAddress | None = None) -> Standing:
         """Return how ``sender`` stands to this component."""
@@ -315,10 +344,18 @@ class Component:
         return outcomes
 
 
+def _checked(authority: int) -> int:
+    if not 0 <= authority <= MAX_AUTHORITY:
+        raise LocalProtocolError(f"authority: got {authority!r}, expected 0 to {MAX_AUTHORITY}")
+    return authority
+
+
 def _control_after(
     effect: ControlEffect, before: Control | None, sender: JausAddress, authority: int
 ) -> Control | None:
     if effect is ControlEffect.TAKE:
+        return Control(sender, authority)
+    if effect is ControlEffect.SET_AUTHORITY:
         return Control(sender, authority)
     if effect is ControlEffect.GIVE_UP:
         return None

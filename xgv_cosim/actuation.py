@@ -44,6 +44,25 @@ class Lateral(IntEnum):
     """The world's own driver, in SUMO lane keeping and the lane-change model."""
 
 
+class Gear(IntEnum):
+    """Position of the gear selector (XGV-04, XGV-60)."""
+
+    PARK = 0
+    REVERSE = 1
+    NEUTRAL = 2
+    DRIVE = 3
+    LOW = 4
+
+
+class LostFunction(IntEnum):
+    """Actuator functions that an error takes away; bits of one word (XGV-38, ``xgv.errors.effect``)."""
+
+    BRAKE = 1
+    STEERING = 2
+    THROTTLE = 4
+    SPEED_FEEDBACK = 8
+
+
 class Driver(IntEnum):
     """Who sits in the car and takes an axis that the computer releases (XGV-64, ``bind.driver``)."""
 

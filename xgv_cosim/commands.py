@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from xgv_cosim.actuation import Gear
 from xgv_cosim.columns import FloatColumn, UInt8Column
 from xgv_cosim.errors import CommandError
 
@@ -79,6 +80,55 @@ class WrenchEffort:
             value = getattr(self, name)
             if not lower <= value <= 1.0:
                 raise CommandError(f"WrenchEffort.{name}: got {value!r}, expected {lower:g} to 1")
+
+
+@dataclass(frozen=True, slots=True)
+class MotionQueue:
+    """Set Motion Profile with several motions, driven one after the other (XGV-58, XGV-70).
+
+    Raises:
+        CommandError: It holds no motion.
+    """
+
+    motions: tuple[MotionProfile, ...]
+
+    def __post_init__(self) -> None:
+        if not self.motions:
+            raise CommandError("MotionQueue.motions: got none, expected one or more")
+
+
+@dataclass(frozen=True, slots=True)
+class DiscreteDevices:
+    """Set Discrete Devices: gear and engine; None leaves a device as it is (XGV-09, XGV-34, XGV-60)."""
+
+    gear: Gear | None = None
+    engine_on: bool | None = None
+
+
+class Turn(IntEnum):
+    """Turn signals as the wire numbers them (XGV-61)."""
+
+    OFF = 0
+    LEFT = 1
+    RIGHT = 2
+    HAZARD = 3
+
+
+class Headlights(IntEnum):
+    """Headlights as the wire numbers them (XGV-61)."""
+
+    OFF = 0
+    PARKING = 1
+    ON = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """Set Signals: turn signals, horn, headlights; None leaves a device as it is (XGV-11, XGV-34)."""
+
+    turn: Turn | None = None
+    horn: bool | None = None
+    headlights: Headlights | None = None
 
 
 class CommandColumns(NamedTuple):

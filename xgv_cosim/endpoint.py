@@ -11,7 +11,8 @@ from typing import Protocol
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
-from xgv_cosim.commands import MotionProfile, WrenchEffort
+from xgv_cosim.actuation import Gear
+from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, WrenchEffort
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +39,32 @@ class CommandStatus:
     command: StatusCommand
 
 
-StackMessage = RequestControl | ReleaseControl | CommandStatus | MotionProfile | WrenchEffort
+@dataclass(frozen=True, slots=True)
+class SetAuthority:
+    """Set Component Authority (XGV-20)."""
+
+    component: ComponentId
+    authority: int
+    """0 to 255."""
+
+
+StackMessage = (
+    RequestControl
+    | ReleaseControl
+    | CommandStatus
+    | SetAuthority
+    | MotionProfile
+    | MotionQueue
+    | WrenchEffort
+    | DiscreteDevices
+    | Signals
+)
 """Everything a stack may send in this version."""
 
 
 @dataclass(frozen=True, slots=True)
 class CommandAccepted:
-    """A motion command became the one in force."""
+    """A motion command became the one in force: it was just accepted, or waited for its turn."""
 
     command: MotionProfile | WrenchEffort
     expires_s: float
@@ -71,13 +91,33 @@ class EndpointChanged:
     """Something of the endpoint's state changed; becomes a row of the event log."""
 
     kind: str
-    """``control_mode``, ``ready_mode``, ``component_control``, ``component_status`` or ``error``."""
+    """``control_mode``, ``ready_mode``, ``component_control``, ``component_status``, ``error``,
+    ``error_latched``, ``warning`` or ``signals``."""
     before: str
     after: str
     reasons: tuple[str, ...] = ()
 
 
-EndpointEvent = CommandAccepted | CommandDropped | MessageRefused | EndpointChanged
+@dataclass(frozen=True, slots=True)
+class ControlPreempted:
+    """Somebody with more authority has taken a component from another (XGV-66); becomes a row of its own."""
+
+    before: str
+    after: str
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class DevicesCommanded:
+    """Gear selector or engine are to change; None leaves a device as it is (XGV-09, XGV-34)."""
+
+    gear: Gear | None = None
+    engine_on: bool | None = None
+
+
+EndpointEvent = (
+    CommandAccepted | CommandDropped | ControlPreempted | DevicesCommanded | MessageRefused | EndpointChanged
+)
 
 
 class Endpoint(Protocol):
@@ -99,6 +139,11 @@ class Endpoint(Protocol):
         ...
 
     @property
+    def lost_functions(self) -> int:
+        """Return the bits of ``actuation.LostFunction`` that the errors in force take away (XGV-38)."""
+        ...
+
+    @property
     def component_status(self) -> dict[ComponentId, ComponentStatus]:
         """Return the status of each component."""
         ...
@@ -109,12 +154,29 @@ class Endpoint(Protocol):
         ...
 
     @property
+    def component_authority(self) -> dict[ComponentId, int]:
+        """Return the authority with which each component is controlled, 0: nobody controls it (XGV-20)."""
+        ...
+
+    @property
     def next_deadline_s(self) -> float:
         """Return when ``handle_deadline`` is due, ``inf`` for never."""
         ...
 
     def receive(self, message: StackMessage, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
         """Take one message from ``sender``."""
+        ...
+
+    def heard(self, sender: JausAddress, now_s: float) -> None:
+        """Take note of traffic of ``sender`` that is no message for the endpoint (XGV-65)."""
+        ...
+
+    def safety_mode_entered(self, code: int, now_s: float) -> list[EndpointEvent]:
+        """Take note of the safety mode now in force (XGV-34, XGV-70)."""
+        ...
+
+    def devices_changed(self, safety_devices: int, now_s: float) -> list[EndpointEvent]:
+        """Take note of the safety devices now in force; only warnings come of it (XGV-38)."""
         ...
 
     def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
@@ -130,7 +192,19 @@ class Endpoint(Protocol):
         ...
 
     def clear_error(self, code: int, now_s: float) -> list[EndpointEvent]:
-        """Clear an error code."""
+        """Take note that the cause of an error is gone; a latched error stays (XGV-38)."""
+        ...
+
+    def clear_errors(self, now_s: float) -> list[EndpointEvent]:
+        """Clear what is latched and whose cause is gone: the operator's verb (XGV-38)."""
+        ...
+
+    def refuse_resume(self, reason: str) -> None:
+        """Refuse Resume from now on for ``reason``; an empty one allows it again (XGV-37)."""
+        ...
+
+    def stand_by(self, reason: str, now_s: float) -> list[EndpointEvent]:
+        """Set the components that are ready to standby (XGV-37)."""
         ...
 
     def reasons(self, safety_devices: int) -> tuple[str, ...]:

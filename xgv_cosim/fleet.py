@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from xgv_cosim.actuation import Driver, Lateral, Longitudinal
+from xgv_cosim.actuation import Driver, Gear, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, UInt16Column
 from xgv_cosim.commands import CommandColumns, empty_commands
 from xgv_cosim.errors import ScenarioError, UnknownVehicleError
@@ -22,7 +22,7 @@ from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_
 FIRST_CAPACITY = 32
 """Slots of a new fleet; the capacity doubles when they are used up."""
 
-Columns = TypeVar("Columns", "Motion", "Reference", CommandColumns, ParameterColumns)
+Columns = TypeVar("Columns", "Motion", "Reference", "HeldOutputs", CommandColumns, ParameterColumns)
 
 
 class Motion(NamedTuple):
@@ -48,6 +48,23 @@ class Motion(NamedTuple):
     """Integrator of the speed controller."""
     travelled_m: FloatColumn
     """Signed distance of the rear axle since the start of the world step."""
+    gear: UInt8Column
+    """``actuation.Gear`` in effect (XGV-04)."""
+    shift_s: FloatColumn
+    """How long the car has stood, braked, while another gear is wanted: first the standstill, then the
+    shift delay (XGV-70)."""
+
+
+def idle_motion(num_slots: int) -> Motion:
+    """Return vehicles that stand at the origin in drive, heading east, everything released."""
+    columns = {name: np.zeros(num_slots) for name in Motion._fields if name != "gear"}
+    return Motion(**columns, gear=np.full(num_slots, Gear.DRIVE, np.uint8))
+
+
+def copied_motion(motion: Motion) -> Motion:
+    """Return the same motion in columns of its own."""
+    columns: list[Any] = [column.copy() for column in motion]
+    return Motion(*columns)
 
 
 class Reference(NamedTuple):
@@ -57,6 +74,35 @@ class Reference(NamedTuple):
     accel_mps2: FloatColumn
     curvature_per_m: FloatColumn
     curvature_rate_per_m_s: FloatColumn
+
+
+class HeldOutputs(NamedTuple):
+    """What a frozen controller goes on putting out (XGV-67); read only where ``Fleet.frozen``."""
+
+    safety_mode: UInt8Column
+    """The mode in force when it froze."""
+    longitudinal: UInt8Column
+    """``actuation.Longitudinal``: OPEN_LOOP with the efforts below, or an axis that was not its own."""
+    lateral: UInt8Column
+    """``actuation.Lateral``: OPEN_LOOP with the angle below, or an axis that was not its own."""
+    throttle: FloatColumn
+    """Throttle in effect when it froze, share 0 to 1."""
+    brake: FloatColumn
+    """Brake effort in effect when it froze, share 0 to 1."""
+    steer_rad: FloatColumn
+    """Road-wheel angle when it froze, positive counter-clockwise."""
+
+
+def no_held_outputs(num_slots: int) -> HeldOutputs:
+    """Return the columns of controllers that run."""
+    return HeldOutputs(
+        safety_mode=np.zeros(num_slots, np.uint8),
+        longitudinal=np.zeros(num_slots, np.uint8),
+        lateral=np.zeros(num_slots, np.uint8),
+        throttle=np.zeros(num_slots),
+        brake=np.zeros(num_slots),
+        steer_rad=np.zeros(num_slots),
+    )
 
 
 class Setpoints(NamedTuple):
@@ -83,10 +129,14 @@ class Setpoints(NamedTuple):
     """OPEN_LOOP: commanded brake share. CONTROLLED_STOP and HOLD: the effort held at standstill."""
     steer_rad: FloatColumn
     """OPEN_LOOP: commanded road-wheel angle."""
-
-
-def _zeros(kind: type[Motion | Reference], num_slots: int) -> list[FloatColumn]:
-    return [np.zeros(num_slots) for _ in kind._fields]
+    gear_wanted: UInt8Column
+    """``actuation.Gear`` to which the selector is to go; it goes at standstill only (XGV-70)."""
+    engine_on: BoolColumn
+    """False: no drive force, no creep."""
+    brake_authority: FloatColumn
+    """Share of its deceleration that a brake effort still gives (XGV-31)."""
+    lost_functions: UInt8Column
+    """Bits of ``actuation.LostFunction`` (XGV-38)."""
 
 
 def _grown(columns: Columns, fresh: Columns) -> Columns:
@@ -97,14 +147,28 @@ def _grown(columns: Columns, fresh: Columns) -> Columns:
     return type(columns)(*joined)
 
 
+def idle_setpoints(num_slots: int) -> Setpoints:
+    """Return setpoints of vehicles that hold where they are, every effort and target 0."""
+    kinds = {"longitudinal": Longitudinal.HOLD, "lateral": Lateral.LATCH_LAST, "gear_wanted": Gear.DRIVE}
+    columns: dict[str, Any] = {name: np.zeros(num_slots) for name in Setpoints._fields}
+    columns |= {name: np.full(num_slots, kind, np.uint8) for name, kind in kinds.items()}
+    columns["brake_authority"] = np.ones(num_slots)
+    columns["engine_on"] = np.ones(num_slots, np.bool_)
+    columns["lost_functions"] = np.zeros(num_slots, np.uint8)
+    return Setpoints(**columns)
+
+
 @dataclass(slots=True)
 class Fleet:
     """State of all bound vehicles; every column has shape ``(num_slots,)``."""
 
     ids: list[str | None] = field(default_factory=lambda: [None] * FIRST_CAPACITY)
     """Vehicle id of each slot, None where it is free."""
-    motion: Motion = field(default_factory=lambda: Motion(*_zeros(Motion, FIRST_CAPACITY)))
-    reference: Reference = field(default_factory=lambda: Reference(*_zeros(Reference, FIRST_CAPACITY)))
+    motion: Motion = field(default_factory=lambda: idle_motion(FIRST_CAPACITY))
+    reference: Reference = field(
+        default_factory=lambda: Reference(*(np.zeros(FIRST_CAPACITY) for _ in Reference._fields))
+    )
+    held: HeldOutputs = field(default_factory=lambda: no_held_outputs(FIRST_CAPACITY))
     command: CommandColumns = field(default_factory=lambda: empty_commands(FIRST_CAPACITY))
     parameters: ParameterColumns = field(
         default_factory=lambda: parameter_columns(VehicleParameters(), FIRST_CAPACITY)
@@ -143,6 +207,17 @@ class Fleet:
     """Brake effort held after a controlled stop, share 0 to 1 (XGV-33)."""
     centres_without_command: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """Closed-loop steering without a live command goes to 0 instead of staying (XGV-35)."""
+    gear_wanted: UInt8Column = field(default_factory=lambda: np.full(FIRST_CAPACITY, Gear.DRIVE, np.uint8))
+    """``actuation.Gear`` last commanded in wrench-efforts mode; closed-loop control chooses by the sign of
+    the commanded speed."""
+    engine_on: BoolColumn = field(default_factory=lambda: np.ones(FIRST_CAPACITY, np.bool_))
+    """False: no drive force."""
+    brake_share_without_engine: FloatColumn = field(default_factory=lambda: np.ones(FIRST_CAPACITY))
+    """Share of its deceleration that a brake effort gives with the engine off (XGV-31)."""
+    lost_functions: UInt8Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint8))
+    """Bits of ``actuation.LostFunction``: what errors have taken away (XGV-38)."""
+    frozen: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
+    """The controller is frozen: outputs held, modes not computed, endpoint silent (XGV-67)."""
     handed_over: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """False while the world's driver still keeps both axes after binding (``bind.start``)."""
 
@@ -192,7 +267,7 @@ class Fleet:
         """Free the slot of ``vehicle_id``, put an idle vehicle into it, and return it."""
         slot = self.slot_of(vehicle_id)
         idle = Fleet()
-        for name in ("motion", "reference", "command", "parameters"):
+        for name in ("motion", "reference", "held", "command", "parameters"):
             for column, fresh in zip(getattr(self, name), getattr(idle, name), strict=True):
                 column[slot] = fresh[0]
         for name in _SINGLE_COLUMNS:
@@ -206,6 +281,7 @@ class Fleet:
             fresh._double()
         self.motion = _grown(self.motion, fresh.motion)
         self.reference = _grown(self.reference, fresh.reference)
+        self.held = _grown(self.held, fresh.held)
         self.command = _grown(self.command, fresh.command)
         self.parameters = _grown(self.parameters, fresh.parameters)
         for name in _SINGLE_COLUMNS:
@@ -230,5 +306,10 @@ _SINGLE_COLUMNS = (
     "stop_decel_mps2",
     "stop_hold_brake",
     "centres_without_command",
+    "gear_wanted",
+    "engine_on",
+    "brake_share_without_engine",
+    "lost_functions",
+    "frozen",
     "handed_over",
 )

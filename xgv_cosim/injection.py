@@ -19,7 +19,8 @@ class InjectionKind(StrEnum):
     ESTOP_DISABLE = "estop_disable"
     """The SafeStop transmitter's stop button is pressed (XGV-31)."""
     ESTOP_BUTTON = "estop_button"
-    """A hard-wired emergency stop button is pressed (XGV-31)."""
+    """A hard-wired emergency stop button is pressed; it latches, and the injection's end is the hand
+    that resets it (XGV-31, XGV-37)."""
     OVERRIDE = "override"
     """Manual override is engaged (XGV-29)."""
     EMO = "emo"
@@ -32,9 +33,37 @@ class InjectionKind(StrEnum):
     """Nothing that the stack sends reaches the vehicle (XGV-43)."""
     LINK = "link"
     """The SafeStop radio link is lost (XGV-42)."""
+    BYPASS = "bypass"
+    """The SafeStop receiver is switched to bypass: its link is not supervised (XGV-42)."""
+    RECEIVER_DEAD = "receiver_dead"
+    """The SafeStop receiver is dead (XGV-42)."""
+    RELAY_STUCK_PAUSE = "relay_stuck_pause"
+    """The SafeStop pause relay stays as it is when this begins (XGV-42)."""
+    RELAY_STUCK_STOP = "relay_stuck_stop"
+    """The SafeStop stop relay stays as it is when this begins (XGV-42)."""
+    STEERING_UNINITIALISED = "steering_uninitialised"
+    """The steering needs to be initialised, until an operator has done so (XGV-69)."""
+    STEERING_AWAITS_USER = "steering_awaits_user"
+    """The steering's initialisation waits for an operator's OK (XGV-69)."""
+    FROZEN = "frozen"
+    """The vehicle's controller is frozen: last outputs held, nothing computed or answered (XGV-67)."""
+    INACTIVE = "inactive"
+    """The vehicle's system is not active: not booted (XGV-01, XGV-32)."""
     PAUSE_REQUEST = "pause_request"
+    """Somebody asks the vehicle's controller to pause (GKC-17)."""
     SHUTDOWN = "shutdown"
+    """Somebody asks the vehicle's controller to shut down (GKC-20)."""
     REINIT = "reinit"
+    """Somebody asks the vehicle's controller to initialise itself anew (GKC-27)."""
+
+
+class OperatorAction(StrEnum):
+    """What an operator does at the vehicle itself, beside devices that stay as he leaves them."""
+
+    REARM = "rearm"
+    """Allow Resume again after a stop whose key says ``operator`` (XGV-37)."""
+    INITIALISE_STEERING = "initialise_steering"
+    """Initialise the steering and press OK (XGV-69)."""
 
 
 @dataclass(frozen=True, slots=True)

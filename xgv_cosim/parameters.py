@@ -31,6 +31,10 @@ class VehicleParameters:
     """Distance of the axles."""
     front_overhang_m: float = 0.9
     """Front axle to front bumper."""
+    front_track_m: float = 1.557
+    """Distance of the front wheels."""
+    rear_track_m: float = 1.547
+    """Distance of the rear wheels."""
     mass_kg: float = 1900.0
     """Mass with the drive-by-wire kit and a rider."""
     # Limits of the vehicle
@@ -59,11 +63,26 @@ class VehicleParameters:
     """Acceleration in gear at standstill with both pedals released."""
     creep_speed_mps: float = 2.0
     """Speed at which creep has faded to nothing."""
+    low_engine_braking_mps2: float = 0.9
+    """Deceleration in low gear with the throttle released."""
+    low_speed_cap_mps: float = 15.0
+    """Speed above which low gear gives no drive."""
+    # Gear selector
+    shift_speed_mps: float = 0.1
+    """Speed below which the gear may change."""
+    shift_brake: float = 0.1
+    """Brake effort above which the gear may change, share 0 to 1."""
+    shift_standstill_s: float = 0.5
+    """Time at standstill, braked, before a change of gear begins."""
+    shift_delay_s: float = 1.0
+    """Time that a change of gear takes."""
     # Brake and tyres
     brake_lag_s: float = 0.12
     """Time constant of the brake effort."""
     max_brake_decel_mps2: float = 8.4
     """Deceleration at 100 % brake effort on unlimited grip."""
+    unassisted_brake_share: float = 0.4
+    """Share of its deceleration that a brake effort gives without the assistance of the engine."""
     friction: float = 0.85
     """Coefficient of friction between tyre and road."""
     min_lateral_grip: float = 0.3
@@ -75,6 +94,8 @@ class VehicleParameters:
     """Drag coefficient times frontal area."""
     air_density_kg_per_m3: float = 1.2
     """Density of air."""
+    grade: float = 0.0
+    """Rise of the road per distance in the vehicle's heading: positive uphill."""
     # Steering
     max_steer_rad: float = 0.57
     """Greatest road-wheel angle."""
@@ -108,6 +129,8 @@ class ParameterColumns(NamedTuple):
 
     wheelbase_m: FloatColumn
     front_overhang_m: FloatColumn
+    front_track_m: FloatColumn
+    rear_track_m: FloatColumn
     mass_kg: FloatColumn
     max_curvature_per_m: FloatColumn
     max_curvature_rate_per_m_s: FloatColumn
@@ -121,13 +144,21 @@ class ParameterColumns(NamedTuple):
     max_drive_power_w: FloatColumn
     creep_accel_mps2: FloatColumn
     creep_speed_mps: FloatColumn
+    low_engine_braking_mps2: FloatColumn
+    low_speed_cap_mps: FloatColumn
+    shift_speed_mps: FloatColumn
+    shift_brake: FloatColumn
+    shift_standstill_s: FloatColumn
+    shift_delay_s: FloatColumn
     brake_lag_s: FloatColumn
     max_brake_decel_mps2: FloatColumn
+    unassisted_brake_share: FloatColumn
     friction: FloatColumn
     min_lateral_grip: FloatColumn
     rolling_resistance: FloatColumn
     drag_area_m2: FloatColumn
     air_density_kg_per_m3: FloatColumn
+    grade: FloatColumn
     max_steer_rad: FloatColumn
     max_steer_rate_rad_s: FloatColumn
     steer_lag_s: FloatColumn

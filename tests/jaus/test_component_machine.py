@@ -51,6 +51,21 @@ class ComponentConversation(RuleBasedStateMachine):
         else:
             assert outcomes == []
 
+    @rule(sender=st.sampled_from(CLIENTS), authority=st.integers(0, 3) | st.integers(0, 255))
+    def set_authority(self, sender: JausAddress, authority: int) -> None:
+        outcomes = self.component.set_authority(sender, authority)
+        if sender == self.holder and authority != self.authority:
+            assert [type(outcome) for outcome in outcomes] == [ControlChanged]
+            self.authority = authority
+        else:
+            assert outcomes == []
+
+    @rule()
+    def fail(self) -> None:
+        self.component.fail()
+        if self.status is not ComponentStatus.SHUTDOWN:
+            self.status = ComponentStatus.FAILURE
+
     @rule(sender=st.sampled_from(CLIENTS), command=st.sampled_from(StatusCommand))
     def command_status(self, sender: JausAddress, command: StatusCommand) -> None:
         outcomes = self.component.command_status(command, sender)

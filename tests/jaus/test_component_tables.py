@@ -190,3 +190,50 @@ def test_initialisation_ends_in_standby_and_touches_no_other_status(status: Comp
     component.finish_initialization()
     is_initializing = status is ComponentStatus.INITIALIZE
     assert component.status is (ComponentStatus.STANDBY if is_initializing else status)
+
+
+def test_controller_sets_its_own_authority_up_and_down_xgv_20() -> None:
+    component = controlled_by(ALICE, 6)
+    for authority in (255, 0):
+        before = component.control
+        assert component.set_authority(ALICE, authority) == [
+            ControlChanged(before, Control(ALICE, authority))
+        ]
+    assert component.set_authority(ALICE, 0) == []
+    assert component.request_control(BOB, 1) == [
+        ControlRejected(ALICE),
+        ControlConfirmed(BOB),
+        ControlChanged(Control(ALICE, 0), Control(BOB, 1)),
+    ]
+
+
+def test_others_set_no_authority_xgv_20() -> None:
+    component = controlled_by(ALICE, 6)
+    assert component.set_authority(BOB, 255) == []
+    assert component.control == Control(ALICE, 6)
+    free = Component(OWN)
+    assert free.set_authority(ALICE, 6) == []
+    assert free.control is None
+
+
+@pytest.mark.parametrize("authority", [-1, 256])
+def test_set_authority_must_fit_into_a_byte(authority: int) -> None:
+    component = controlled_by(ALICE)
+    with pytest.raises(LocalProtocolError, match="0 to 255"):
+        component.set_authority(ALICE, authority)
+
+
+@pytest.mark.parametrize("status", ComponentStatus)
+def test_failure_is_entered_from_all_but_shutdown_and_left_by_reset_xgv_21(status: ComponentStatus) -> None:
+    component = in_status(status)
+    outcomes = component.fail()
+    if status is ComponentStatus.SHUTDOWN:
+        assert outcomes == []
+        assert component.status is ComponentStatus.SHUTDOWN
+        return
+    expected = [] if status is ComponentStatus.FAILURE else [StatusChanged(status, ComponentStatus.FAILURE)]
+    assert outcomes == expected
+    assert component.command_status(StatusCommand.RESUME, ALICE) == []
+    assert component.status is ComponentStatus.FAILURE
+    component.command_status(StatusCommand.RESET, ALICE)
+    assert component.status is ComponentStatus.INITIALIZE

@@ -23,8 +23,9 @@ STOP_FEEDBACK_SHARE = 0.04
 
 @inlinable
 def expected_speed_mps(speed_mps: float, accel_mps2: float, response_s: float) -> float:
-    """Return the speed one response ahead, not below standstill: what the reference is compared with."""
-    return max(0.0, speed_mps + response_s * accel_mps2)
+    """Return the speed one response ahead, not beyond standstill: what the reference is compared with."""
+    expected = speed_mps + response_s * accel_mps2
+    return 0.0 if expected * speed_mps < 0.0 else expected
 
 
 @inlinable
@@ -67,19 +68,20 @@ def pedals(
         throttle: Throttle in effect.
         brake: Brake effort in effect.
         throttle_accel_mps2: What the throttle in effect still gives: the brake makes up for it.
-        full_throttle_accel_mps2: What full throttle would give at the present speed.
+        full_throttle_accel_mps2: What full throttle would give at the present speed; 0 or less where the
+            drive is off or in another gear: then only the brake acts.
         full_brake_decel_mps2: What full brake effort gives.
         throttle_dead_band: Throttle share without effect.
         band_mps2: Width of the hysteresis.
     """
     if tyre_accel_mps2 > 0.0:
-        if brake > RELEASED and tyre_accel_mps2 < band_mps2:
+        if full_throttle_accel_mps2 <= 0.0 or (brake > RELEASED and tyre_accel_mps2 < band_mps2):
             return 0.0, 0.0
         share = tyre_accel_mps2 / full_throttle_accel_mps2
         return throttle_dead_band + (1.0 - throttle_dead_band) * share, 0.0
     if throttle > RELEASED and -tyre_accel_mps2 < band_mps2:
         return 0.0, 0.0
-    return 0.0, (throttle_accel_mps2 - tyre_accel_mps2) / full_brake_decel_mps2
+    return 0.0, max(0.0, throttle_accel_mps2 - tyre_accel_mps2) / full_brake_decel_mps2
 
 
 @inlinable
@@ -90,9 +92,25 @@ def leading(wanted: float, present: float, lead: float) -> float:
 
 @inlinable
 def advance_integral_m(
-    integral_m: float, error_mps: float, wanted_throttle: float, wanted_brake: float, dt: float
+    integral_m: float,
+    error_mps: float,
+    tyre_accel_mps2: float,
+    most_push_mps2: float,
+    most_braking_mps2: float,
+    dt: float,
 ) -> float:
-    """Return the integral of the error, which waits while a pedal at its stop cannot follow it further."""
-    if (wanted_throttle >= 1.0 and error_mps > 0.0) or (wanted_brake >= 1.0 and error_mps < 0.0):
+    """Return the integral of the error, which waits while drive, brake or grip cannot give more.
+
+    Args:
+        integral_m: The integral so far.
+        error_mps: Reference less speed, in the direction of motion like all others here.
+        tyre_accel_mps2: What throttle (positive) or brake (negative) are asked to give.
+        most_push_mps2: The most that the throttle can give, 0 without drive.
+        most_braking_mps2: The most that the brake can give, as a positive number.
+        dt: The tick, in seconds.
+    """
+    if (tyre_accel_mps2 >= most_push_mps2 and error_mps > 0.0) or (
+        tyre_accel_mps2 <= -most_braking_mps2 and error_mps < 0.0
+    ):
         return integral_m
     return integral_m + error_mps * dt

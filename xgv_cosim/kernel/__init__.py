@@ -1,8 +1,7 @@
 """One compiled loop over vehicles and control ticks: references, controllers, actuators, plant.
 
 ``advance`` is the compiled loop, ``advance_plain`` the same Python code uncompiled: the oracle of the
-tests. What it composes are the small scalar functions of ``controllers`` and ``plant``. This version
-drives forward only: the speed never falls below 0.
+tests. What it composes are the small scalar functions of ``controllers`` and ``plant``.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from xgv_cosim.clock import CONTROL_TICK_S
-from xgv_cosim.fleet import Motion, Reference, Setpoints
+from xgv_cosim.fleet import Motion, Reference, Setpoints, copied_motion, idle_motion, idle_setpoints
 from xgv_cosim.jit import compiled
 from xgv_cosim.kernel.loop import advance_in_place
 from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
@@ -62,12 +61,9 @@ def advance_plain(
 
 def warm_up() -> None:
     """Compile the loop, or load it from the disk cache, so that the first step does not."""
-    modes = (np.zeros(1, np.uint8), np.zeros(1, np.uint8))
-    setpoints = Setpoints(*modes, *(np.zeros(1) for _ in Setpoints._fields[len(modes) :]))
-    motion = Motion(*(np.zeros(1) for _ in Motion._fields))
     reference = Reference(*(np.zeros(1) for _ in Reference._fields))
-    advance(motion, reference, setpoints, parameter_columns(VehicleParameters(), 1), 1)
+    advance(idle_motion(1), reference, idle_setpoints(1), parameter_columns(VehicleParameters(), 1), 1)
 
 
 def _copies(motion: Motion, reference: Reference) -> tuple[Motion, Reference]:
-    return Motion(*(column.copy() for column in motion)), Reference(*(column.copy() for column in reference))
+    return copied_motion(motion), Reference(*(column.copy() for column in reference))

@@ -8,9 +8,10 @@ so that the next entry to closed loop starts from what the car does (XGV-70).
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.actuation import Gear, Lateral, Longitudinal
 from xgv_cosim.controllers.limits import (
     MAX_STATE_ACCEL_MPS2,
     MAX_STATE_CURVATURE_PER_M,
@@ -19,19 +20,28 @@ from xgv_cosim.controllers.limits import (
     is_state,
 )
 from xgv_cosim.controllers.profile import advance_profile, advance_speed_profile
-from xgv_cosim.controllers.speed import expected_speed_mps
+from xgv_cosim.controllers.speed import STANDSTILL_MPS, expected_speed_mps
 from xgv_cosim.jit import inlinable
 from xgv_cosim.kernel.orders import orders_of
-from xgv_cosim.kernel.pedals import Car, pedal_commands
+from xgv_cosim.kernel.pedals import Car, driver_pedals, pedal_commands
 from xgv_cosim.kernel.steering import advance_steering
-from xgv_cosim.kernel.vehicle import lags_of, vehicle_of
+from xgv_cosim.kernel.vehicle import Road, lags_of, road_of, vehicle_of
 from xgv_cosim.plant.actuators import advance_pedal
+from xgv_cosim.plant.gearbox import (
+    PARK_LOCK_MPS2,
+    advance_shift,
+    gear_direction,
+    gear_under_driver,
+    is_between_gears,
+)
 from xgv_cosim.plant.lateral import advance_curvature, steady_curvature_per_m
 from xgv_cosim.plant.longitudinal import (
     advance_speed,
     brake_decel_mps2,
     creep_accel_mps2,
+    engine_braking_mps2,
     full_throttle_accel_mps2,
+    low_gear_share,
     road_load_mps2,
     throttle_accel_mps2,
 )
@@ -41,6 +51,10 @@ if TYPE_CHECKING:
     from xgv_cosim.fleet import Motion, Reference, Setpoints
     from xgv_cosim.kernel.orders import Orders
     from xgv_cosim.parameters import ParameterColumns, VehicleParameters
+
+
+MIN_BRAKE_MPS2 = 1e-3
+"""What the speed controller takes a brake without any authority to give, so that it can divide by it."""
 
 
 class _Wanted(NamedTuple):
@@ -113,34 +127,97 @@ def _follow(
     return _Wanted(speed, accel, curvature, rate)
 
 
+class _Forces(NamedTuple):
+    """What acts on one slot at the beginning of a tick, positive along its heading."""
+
+    full_throttle_mps2: float
+    """Full throttle, 0 or more, in the direction of the gear."""
+    direction: float
+    """1, -1 or 0: where the gear in effect drives."""
+    creep_mps2: float
+    road_load_mps2: float
+    """Against motion, 0 or more."""
+
+
+@inlinable
+def _forces(
+    orders: Orders, vehicle: VehicleParameters, road: Road, gear: int, shift_s: float, speed_mps: float
+) -> _Forces:
+    """Return drive and road load; without engine or between gears there is neither drive nor creep."""
+    direction = gear_direction(gear)
+    if not orders.engine_on or is_between_gears(shift_s, vehicle.shift_standstill_s):
+        direction = 0.0
+    full_throttle = full_throttle_accel_mps2(
+        speed_mps, vehicle.max_drive_force_n, vehicle.max_drive_power_w, vehicle.mass_kg
+    )
+    if gear == Gear.LOW:
+        full_throttle *= low_gear_share(speed_mps, vehicle.low_speed_cap_mps)
+    creep = creep_accel_mps2(direction * speed_mps, vehicle.creep_accel_mps2, vehicle.creep_speed_mps)
+    return _Forces(
+        full_throttle,
+        direction,
+        direction * creep,
+        road_load_mps2(
+            speed_mps,
+            vehicle.mass_kg,
+            road.rolling_mps2,
+            vehicle.drag_area_m2,
+            vehicle.air_density_kg_per_m3,
+        ),
+    )
+
+
+@inlinable
+def _way(speed_mps: float, direction: float) -> float:
+    """Return 1 or -1: where the car rolls, at standstill where its gear drives."""
+    if abs(speed_mps) < STANDSTILL_MPS:
+        return -1.0 if direction < 0.0 else 1.0
+    return -1.0 if speed_mps < 0.0 else 1.0
+
+
 @inlinable
 def _move(
     orders: Orders,
     vehicle: VehicleParameters,
-    car: Car,
+    road: Road,
+    forces: _Forces,
+    state: _Moving,
+    gear: int,
     throttle: float,
     brake: float,
     steer_rad: float,
-    creep_mps2: float,
     dt: float,
 ) -> _Moving:
     """Return what the efforts in effect make of the car in a tick."""
-    curvature, after, accel, distance = car.curvature_per_m, car.speed_mps, car.accel_mps2, car.speed_mps * dt
+    speed, curvature = state.speed_mps, state.curvature_per_m
+    after, accel, distance = speed, state.accel_mps2, speed * dt
     along = accel
     # On an axis of the world's driver the car goes on as it went, until the world tells how it moved.
     if orders.longitudinal != Longitudinal.DRIVER:
-        pull = throttle_accel_mps2(throttle, car.full_throttle_mps2, vehicle.throttle_dead_band)
-        braking = brake_decel_mps2(brake, vehicle.max_brake_decel_mps2, vehicle.friction)
-        road_load = car.resistance_mps2 + creep_mps2
-        along = pull + creep_mps2 - braking
-        after, accel, distance = advance_speed(car.speed_mps, pull + creep_mps2, braking + road_load, dt)
+        pull = min(
+            throttle_accel_mps2(throttle, forces.full_throttle_mps2, vehicle.throttle_dead_band),
+            road.grip_mps2,
+        )
+        braking = brake_decel_mps2(
+            brake * orders.brake_authority, vehicle.max_brake_decel_mps2, road.grip_mps2
+        )
+        push = forces.direction * pull + forces.creep_mps2
+        resistance = braking + forces.road_load_mps2
+        if gear == Gear.LOW and forces.direction != 0.0:
+            resistance += engine_braking_mps2(
+                speed, throttle, vehicle.low_engine_braking_mps2, vehicle.creep_speed_mps
+            )
+        elif gear == Gear.PARK:
+            resistance += PARK_LOCK_MPS2
+        along = push - math.copysign(braking, speed)
+        after, accel, distance = advance_speed(speed, push - road.slope_mps2, resistance, dt)
     if orders.lateral != Lateral.DRIVER:
         curvature = advance_curvature(
             curvature,
             steady_curvature_per_m(steer_rad, after, vehicle.wheelbase_m, vehicle.understeer_rad_s2_per_m),
             after,
             along,
-            vehicle.friction,
+            road.grip_mps2,
             vehicle.min_lateral_grip,
             vehicle.yaw_lag_s2_per_m,
             dt,
@@ -159,9 +236,9 @@ def advance_in_place(
     """Advance every slot by ``ticks`` ticks of ``dt`` seconds, in the columns of motion and reference."""
     for slot in range(motion.speed_mps.shape[0]):
         orders, vehicle = orders_of(setpoints, slot), vehicle_of(parameters, slot)
-        lags = lags_of(vehicle, dt)
+        lags, road = lags_of(vehicle, dt), road_of(vehicle)
         x, y, heading = motion.x_m[slot], motion.y_m[slot], motion.heading_rad[slot]
-        speed = max(motion.speed_mps[slot], 0.0)  # in this order a NaN stays visible
+        speed = motion.speed_mps[slot]
         accel, curvature, steer = (
             motion.accel_mps2[slot],
             motion.curvature_per_m[slot],
@@ -169,6 +246,7 @@ def advance_in_place(
         )
         throttle, brake = motion.throttle[slot], motion.brake[slot]
         integral, travelled = motion.speed_error_integral_m[slot], motion.travelled_m[slot]
+        gear, shift = int(motion.gear[slot]), motion.shift_s[slot]
         wanted = _Wanted(
             reference.speed_mps[slot],
             reference.accel_mps2[slot],
@@ -178,28 +256,45 @@ def advance_in_place(
         wanted = _follow(orders, vehicle, wanted, speed, accel, steer)
         for _ in range(ticks):
             wanted = _advance_reference(orders, wanted, dt)
-            full_throttle = full_throttle_accel_mps2(
-                speed, vehicle.max_drive_force_n, vehicle.max_drive_power_w, vehicle.mass_kg
+            forces = _forces(orders, vehicle, road, gear, shift, speed)
+            way = _way(speed, forces.direction)
+            car = Car(
+                way * speed,
+                way * accel,
+                curvature,
+                throttle,
+                brake,
+                way * forces.direction * forces.full_throttle_mps2,
+                forces.road_load_mps2 + way * (road.slope_mps2 - forces.creep_mps2),
+                way * road.slope_mps2,
+                max(MIN_BRAKE_MPS2, vehicle.max_brake_decel_mps2 * orders.brake_authority),
+                road.grip_mps2,
             )
-            creep = creep_accel_mps2(speed, vehicle.creep_accel_mps2, vehicle.creep_speed_mps)
-            road_load = road_load_mps2(
-                speed,
-                vehicle.mass_kg,
-                vehicle.rolling_resistance,
-                vehicle.drag_area_m2,
-                vehicle.air_density_kg_per_m3,
-            )
-            car = Car(speed, accel, curvature, throttle, brake, full_throttle, road_load - creep)
-            command = pedal_commands(
-                orders, vehicle, lags, car, wanted.speed_mps, wanted.accel_mps2, integral, dt
-            )
-            integral = command.integral_m
-            throttle = advance_pedal(throttle, command.throttle, lags.throttle)
-            brake = advance_pedal(brake, command.brake, lags.brake)
+            if orders.longitudinal == Longitudinal.DRIVER:
+                throttle, brake = driver_pedals(vehicle, car)
+                gear, shift, integral = gear_under_driver(gear, speed, STANDSTILL_MPS), 0.0, 0.0
+            else:
+                command = pedal_commands(
+                    orders, vehicle, lags, car, way * wanted.speed_mps, way * wanted.accel_mps2,
+                    way * integral, dt,
+                )  # fmt: skip
+                integral = way * command.integral_m
+                throttle = advance_pedal(throttle, command.throttle, lags.throttle)
+                brake = advance_pedal(brake, command.brake, lags.brake)
+                gear, shift = advance_shift(
+                    gear,
+                    shift,
+                    orders.gear_wanted,
+                    abs(speed) < vehicle.shift_speed_mps and brake > vehicle.shift_brake,
+                    vehicle.shift_standstill_s,
+                    vehicle.shift_delay_s,
+                    dt,
+                )
             steer = advance_steering(
                 orders, vehicle, lags.steer, steer, speed, curvature, wanted.curvature_per_m, dt
             )
-            after = _move(orders, vehicle, car, throttle, brake, steer, creep, dt)
+            before = _Moving(speed, accel, curvature, 0.0)
+            after = _move(orders, vehicle, road, forces, before, gear, throttle, brake, steer, dt)
             x, y, heading = advance_pose(
                 x, y, heading, after.distance_m, 0.5 * (curvature + after.curvature_per_m)
             )
@@ -211,6 +306,7 @@ def advance_in_place(
         motion.curvature_per_m[slot], motion.steer_rad[slot] = curvature, steer
         motion.throttle[slot], motion.brake[slot] = throttle, brake
         motion.speed_error_integral_m[slot], motion.travelled_m[slot] = integral, travelled
+        motion.gear[slot], motion.shift_s[slot] = gear, shift
         reference.speed_mps[slot], reference.accel_mps2[slot] = wanted.speed_mps, wanted.accel_mps2
         reference.curvature_per_m[slot] = wanted.curvature_per_m
         reference.curvature_rate_per_m_s[slot] = wanted.rate_per_m_s

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.actuation import Lateral, Longitudinal, LostFunction
 from xgv_cosim.controllers.limits import (
     MAX_ACCEL_MPS2,
     MAX_CURVATURE_PER_M,
@@ -22,6 +22,10 @@ from xgv_cosim.jit import inlinable
 
 if TYPE_CHECKING:
     from xgv_cosim.fleet import Setpoints
+
+
+_BRAKE, _STEERING = int(LostFunction.BRAKE), int(LostFunction.STEERING)
+_THROTTLE, _SPEED_FEEDBACK = int(LostFunction.THROTTLE), int(LostFunction.SPEED_FEEDBACK)
 
 
 class Profile(NamedTuple):
@@ -52,12 +56,23 @@ class Orders(NamedTuple):
     """Share, 0 to 1."""
     steer_rad: float
     """NaN where it is not usable."""
+    gear_wanted: int
+    """``actuation.Gear``."""
+    engine_on: bool
+    brake_authority: float
+    """Share, 0 to 1."""
+    has_brake: bool
+    """False, here and below: an error has taken the function away (XGV-38)."""
+    has_steering: bool
+    has_throttle: bool
+    has_speed_feedback: bool
 
 
 @inlinable
 def orders_of(setpoints: Setpoints, slot: int) -> Orders:
     """Return the orders of a slot; bad numbers become a held reference, a released pedal, a still wheel."""
     longitudinal, lateral = int(setpoints.longitudinal[slot]), int(setpoints.lateral[slot])
+    authority, lost = setpoints.brake_authority[slot], int(setpoints.lost_functions[slot])
     is_stopping = longitudinal == Longitudinal.CONTROLLED_STOP
     return Orders(
         longitudinal,
@@ -87,6 +102,13 @@ def orders_of(setpoints: Setpoints, slot: int) -> Orders:
         _effort(setpoints.throttle[slot]),
         _effort(setpoints.brake[slot]),
         setpoints.steer_rad[slot] if math.isfinite(setpoints.steer_rad[slot]) else math.nan,
+        int(setpoints.gear_wanted[slot]),
+        bool(setpoints.engine_on[slot]),
+        clipped(authority, 0.0, 1.0) if math.isfinite(authority) else 1.0,
+        lost & _BRAKE == 0,
+        lost & _STEERING == 0,
+        lost & _THROTTLE == 0,
+        lost & _SPEED_FEEDBACK == 0,
     )
 
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from xgv_cosim.kernel.orders import Orders
     from xgv_cosim.parameters import VehicleParameters
 
+_FREE = int(Lateral.FREE)
+
 
 @inlinable
 def advance_steering(
@@ -39,7 +41,8 @@ def advance_steering(
         dt: The tick, in seconds.
     """
     stop, rate = vehicle.max_steer_rad, vehicle.max_steer_rate_rad_s
-    mode = orders.lateral
+    # A steering without its function is as if released (XGV-38); the driver turns the wheel himself.
+    mode = orders.lateral if orders.has_steering or orders.lateral == Lateral.DRIVER else _FREE
     if mode == Lateral.CLOSED_LOOP:
         wanted = steer_for_curvature_rad(
             reference_per_m, speed_mps, vehicle.wheelbase_m, vehicle.understeer_rad_s2_per_m, stop

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from xgv_cosim.jit import inlinable
 from xgv_cosim.parameters import ParameterColumns
 from xgv_cosim.plant.actuators import lag_share
+from xgv_cosim.plant.longitudinal import normal_mps2, slope_mps2
 
 if TYPE_CHECKING:
     from xgv_cosim.parameters import VehicleParameters
@@ -35,6 +36,22 @@ def lags_of(vehicle: VehicleParameters, dt: float) -> Lags:
     return Lags(throttle, brake, steer, max(1.0, response / throttle), max(1.0, response / brake))
 
 
+class Road(NamedTuple):
+    """What the road does to a car, as accelerations; the same at any speed."""
+
+    slope_mps2: float
+    """Backwards along the car's heading: positive uphill."""
+    grip_mps2: float
+    rolling_mps2: float
+
+
+@inlinable
+def road_of(vehicle: VehicleParameters) -> Road:
+    """Return the road under a vehicle."""
+    normal = normal_mps2(vehicle.grade)
+    return Road(slope_mps2(vehicle.grade), vehicle.friction * normal, vehicle.rolling_resistance * normal)
+
+
 @inlinable
 def vehicle_of(columns: ParameterColumns, slot: int) -> VehicleParameters:
     """Return the parameters of a slot.
@@ -45,6 +62,8 @@ def vehicle_of(columns: ParameterColumns, slot: int) -> VehicleParameters:
     return ParameterColumns(  # type: ignore[return-value]
         columns.wheelbase_m[slot],
         columns.front_overhang_m[slot],
+        columns.front_track_m[slot],
+        columns.rear_track_m[slot],
         columns.mass_kg[slot],
         columns.max_curvature_per_m[slot],
         columns.max_curvature_rate_per_m_s[slot],
@@ -58,13 +77,21 @@ def vehicle_of(columns: ParameterColumns, slot: int) -> VehicleParameters:
         columns.max_drive_power_w[slot],
         columns.creep_accel_mps2[slot],
         columns.creep_speed_mps[slot],
+        columns.low_engine_braking_mps2[slot],
+        columns.low_speed_cap_mps[slot],
+        columns.shift_speed_mps[slot],
+        columns.shift_brake[slot],
+        columns.shift_standstill_s[slot],
+        columns.shift_delay_s[slot],
         columns.brake_lag_s[slot],
         columns.max_brake_decel_mps2[slot],
+        columns.unassisted_brake_share[slot],
         columns.friction[slot],
         columns.min_lateral_grip[slot],
         columns.rolling_resistance[slot],
         columns.drag_area_m2[slot],
         columns.air_density_kg_per_m3[slot],
+        columns.grade[slot],
         columns.max_steer_rad[slot],
         columns.max_steer_rate_rad_s[slot],
         columns.steer_lag_s[slot],

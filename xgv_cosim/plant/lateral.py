@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from xgv_cosim.jit import inlinable
-from xgv_cosim.parameters import GRAVITY_MPS2
 
 
 @inlinable
@@ -17,11 +16,10 @@ def steady_curvature_per_m(
 
 
 @inlinable
-def max_lateral_accel_mps2(longitudinal_mps2: float, friction: float, min_lateral_grip: float) -> float:
+def max_lateral_accel_mps2(longitudinal_mps2: float, grip_mps2: float, min_lateral_grip: float) -> float:
     """Return the friction circle's share for turning: ``sqrt((mu g)² - a_x²)``, at least what ABS leaves."""
-    grip = friction * GRAVITY_MPS2
-    left = math.sqrt(max(0.0, grip * grip - longitudinal_mps2 * longitudinal_mps2))
-    return max(left, min_lateral_grip * grip)
+    left = math.sqrt(max(0.0, grip_mps2 * grip_mps2 - longitudinal_mps2 * longitudinal_mps2))
+    return max(left, min_lateral_grip * grip_mps2)
 
 
 @inlinable
@@ -30,7 +28,7 @@ def advance_curvature(
     steady_per_m: float,
     speed_mps: float,
     longitudinal_mps2: float,
-    friction: float,
+    grip_mps2: float,
     min_lateral_grip: float,
     yaw_lag_s2_per_m: float,
     dt: float,
@@ -40,18 +38,18 @@ def advance_curvature(
     Args:
         curvature_per_m: Present curvature, counter-clockwise positive.
         steady_per_m: Where the wheel leads to, see ``steady_curvature_per_m``.
-        speed_mps: Present speed.
+        speed_mps: Present speed, either way.
         longitudinal_mps2: What the tyres give along the road.
-        friction: Coefficient of friction.
+        grip_mps2: All that the tyres can give, ``mu g``.
         min_lateral_grip: Share of the grip that turning keeps under any braking.
         yaw_lag_s2_per_m: The lag's time constant per speed.
         dt: The tick, in seconds.
     """
-    lag_s = yaw_lag_s2_per_m * speed_mps
+    lag_s = yaw_lag_s2_per_m * abs(speed_mps)
     share = 1.0 if lag_s <= 0.0 else 1.0 - math.exp(-dt / lag_s)
     curvature_per_m += share * (steady_per_m - curvature_per_m)
     lateral = abs(curvature_per_m) * speed_mps * speed_mps
-    if lateral <= min_lateral_grip * friction * GRAVITY_MPS2:  # the usual case, without a root
+    if lateral <= min_lateral_grip * grip_mps2:  # the usual case, without a root
         return curvature_per_m
-    limit = max_lateral_accel_mps2(longitudinal_mps2, friction, min_lateral_grip)
+    limit = max_lateral_accel_mps2(longitudinal_mps2, grip_mps2, min_lateral_grip)
     return curvature_per_m * min(1.0, limit / lateral)

@@ -82,6 +82,22 @@ def time_in_mode_s(modes: list[dict[str, Any]], end_s: float) -> dict[str, float
     return {mode: round(seconds, 9) for mode, seconds in spent.items()}
 
 
+def time_without_control_s(events: Sequence[Event], end_s: float) -> dict[str, float]:
+    """Return for each axis the seconds in which neither computer nor driver had it (XGV-64).
+
+    It counts from the binding to ``end_s``; an axis that never changed hands was somebody's all along.
+    """
+    spent = {}
+    for axis in ("speed", "steering"):
+        changes = [event for event in events if event.kind == f"{axis}_control"]
+        ends = [*(event.t_s for event in changes), end_s][1:]
+        without = sum(
+            until - event.t_s for event, until in zip(changes, ends, strict=True) if event.after == "nobody"
+        )
+        spent[axis] = round(without, 9)
+    return spent
+
+
 def vehicle_rows(
     series: dict[str, VehicleSeries], events: list[Event], contacts: Sequence[Contact], end_s: float
 ) -> dict[str, Any]:
@@ -98,6 +114,7 @@ def vehicle_rows(
         modes = modes_of(own)
         for injection in injections:
             injection["metrics"] = _stop_row(series[name], injection, end_s) if name in series else {}
+        last_s = _last_seen(own, end_s)
         rows[name] = {
             "bound_at_s": bound[-1].t_s,
             "binding": list(bound[-1].reasons),
@@ -105,7 +122,8 @@ def vehicle_rows(
             "injections": injections,
             "modes": modes,
             "metrics": {
-                "time_in_mode_s": time_in_mode_s(modes, _last_seen(own, end_s)),
+                "time_in_mode_s": time_in_mode_s(modes, last_s),
+                "time_without_control_s": time_without_control_s(own, last_s),
                 **(injections[0]["metrics"] if injections else {}),
                 "collisions": sum(name in {row.collider, row.victim} for row in contacts),
             },

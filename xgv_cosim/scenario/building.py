@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 from jaus.address import JausAddress
@@ -12,9 +13,10 @@ from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.injection import Injection
 from xgv_cosim.links.base import Link
 from xgv_cosim.links.in_process import InProcessLink
-from xgv_cosim.parameters import load_preset
+from xgv_cosim.parameters import VehicleParameters, load_preset
 from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
 from xgv_cosim.scenario.model import Selector as VehicleSelector
+from xgv_cosim.scenario.sections import EnvironmentSection
 from xgv_cosim.scenario.selection import binding_of, matches
 from xgv_cosim.simulation import Binding, Observer, Simulation
 from xgv_cosim.simulation.binding import LinkFactory, Selector, StartKind
@@ -55,14 +57,15 @@ def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> Simulation:
 
 
 def profile_of(scenario: Scenario) -> XgvProfile:
-    """Return the XGV profile with the scenario's settings."""
-    return XgvProfile(scenario.xgv.settings())
+    """Return the XGV profile with the scenario's settings and seed."""
+    settings = replace(scenario.xgv.settings(), safestop=scenario.safestop.settings())
+    return XgvProfile(settings, scenario.seed)
 
 
 def selector_of(scenario: Scenario) -> Selector:
     """Return the function that says how each vehicle of the world is bound."""
     profile = profile_of(scenario)
-    made = {id(row): binding_from(row, profile) for row in scenario.bind}
+    made = {id(row): binding_from(row, profile, scenario.world.environment) for row in scenario.bind}
 
     def select(vehicle_id: str, type_id: str) -> Binding | None:
         row = binding_of(scenario.bind, vehicle_id, type_id, scenario.seed)
@@ -71,17 +74,29 @@ def selector_of(scenario: Scenario) -> Selector:
     return select
 
 
-def binding_from(row: BindSection, profile: VehicleProfile) -> Binding:
+def binding_from(row: BindSection, profile: VehicleProfile, environment: EnvironmentSection) -> Binding:
     """Return one ``bind`` row made ready."""
     return Binding(
         profile=profile,
-        parameters=load_preset(row.preset),
+        parameters=parameters_of(row, environment),
         coupling=row.coupling,
         start=StartKind(row.start),
         driver=_DRIVERS[row.driver],
         driver_reaction_s=row.driver_reaction_s,
         partial_mode=PARTIAL_NAMES.index(row.partial),
         new_link=_reference_link(row) if row.stack == "reference" else None,
+    )
+
+
+def parameters_of(row: BindSection, environment: EnvironmentSection) -> VehicleParameters:
+    """Return the preset of a ``bind`` row on the road of the scenario, with the row's own changes."""
+    preset, plant = load_preset(row.preset), row.plant
+    frictions = (plant.friction, environment.friction, preset.friction)
+    return replace(
+        preset,
+        friction=next(friction for friction in frictions if friction is not None),
+        grade=environment.grade if plant.grade is None else plant.grade,
+        released_steering_self_aligns=float(plant.released_steering == "self_align"),
     )
 
 

@@ -9,6 +9,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_
 
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.scenario.checks import disagreements
+from xgv_cosim.scenario.safestop_section import SafeStopSection
 from xgv_cosim.scenario.section import Section
 from xgv_cosim.scenario.sections import (
     BindSection,
@@ -30,6 +31,7 @@ __all__ = [
     "ExpectationSection",
     "InjectionSection",
     "ModeName",
+    "SafeStopSection",
     "Scenario",
     "Selector",
     "SumoSection",
@@ -67,6 +69,8 @@ class Scenario(Section):
     """Which vehicles are bound, and as what; for a vehicle that several rows match, the first row counts."""
     xgv: XgvSection = XgvSection()
     """Settings of all vehicles with profile xgv."""
+    safestop: SafeStopSection = SafeStopSection()
+    """Radio and receivers of the wireless emergency stop."""
     injections: tuple[InjectionSection, ...] = ()
     """What happens to which vehicles, from when to when."""
     expect: tuple[ExpectationSection, ...] = ()

@@ -15,6 +15,7 @@ from xgv_cosim.injection import InjectionKind
 from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.problems import word_hint
 from xgv_cosim.scenario.section import Section
+from xgv_cosim.vehicles.xgv.errors import ERRORS, near_codes
 
 PATTERN, LIST, QUERY = "|pattern", "|list", "|query"
 """Tags of the three shapes of a selector; ``|`` keeps them apart from keys in error locations."""
@@ -29,6 +30,17 @@ ModeName = Literal[
     "inactive",
 ]
 """Safety modes that a vehicle may be expected to be in."""
+
+
+def known_error_code(code: int) -> int:
+    """Return an error code that the XGV has.
+
+    Raises:
+        ValueError: It has no such code; the message names the nearest ones.
+    """
+    if code not in ERRORS:
+        raise ValueError(f"got {code}, but the XGV has no such error; near it: {near_codes(code)}")
+    return code
 
 
 class VehicleQuery(Section):
@@ -78,11 +90,33 @@ class SumoSection(Section):
     """Further SUMO options, for example ``["--time-to-teleport", "-1"]``."""
 
 
+class EnvironmentSection(Section):
+    """The road under the bound vehicles."""
+
+    friction: Annotated[float, Field(ge=0.05, le=1.5)] | None = None
+    """Friction of tyre and road: 0.85 dry, 0.5 wet, 0.2 snow; without it, the preset's."""
+    grade: Annotated[float, Field(ge=-0.3, le=0.3)] = 0.0
+    """Rise of the road per distance in each vehicle's heading, positive uphill."""
+
+
 class WorldSection(Section):
     """The traffic around the bound vehicles."""
 
     sumo: SumoSection
     """Traffic simulated by SUMO."""
+    environment: EnvironmentSection = EnvironmentSection()
+    """The road under the bound vehicles."""
+
+
+class PlantSection(Section):
+    """What differs from the preset and from ``world.environment`` for these vehicles."""
+
+    released_steering: Literal["self_align", "hold"] = "self_align"
+    """What a wheel does that nobody holds: turn back as the car rolls, or stay (XGV-64)."""
+    friction: Annotated[float, Field(ge=0.05, le=1.5)] | None = None
+    """Friction of tyre and road; without it, that of ``world.environment``."""
+    grade: Annotated[float, Field(ge=-0.3, le=0.3)] | None = None
+    """Grade of the road; without it, that of ``world.environment``."""
 
 
 class BindSection(Section):
@@ -104,6 +138,10 @@ class BindSection(Section):
     """Time after which the rider takes an axis that was released without his doing."""
     partial: Literal["full", "manual_steering", "manual_speed", "both_manual"] = "full"
     """Partial mode: which axes the computer leaves to the human (XGV-39, XGV-41)."""
+    partial_forced: bool = False
+    """Allow a partial mode with driver: none; a pause with manual speed then has no effect (XGV-41)."""
+    plant: PlantSection = PlantSection()
+    """What differs from the preset and from ``world.environment``."""
     stack: Literal["reference", "none"] = "reference"
     """The autonomy stack: reference (keeps lane and distance) or none."""
     desired_speed_mps: Annotated[float, Field(gt=0)] | None = None
@@ -122,10 +160,10 @@ class BindSection(Section):
 
     @model_validator(mode="after")
     def _agrees_with_itself(self) -> Self:
-        if self.partial != "full" and self.driver == "none":
+        if self.partial != "full" and self.driver == "none" and not self.partial_forced:
             raise ValueError(
                 f"partial: {self.partial} leaves an axis to a human, but with driver: none nobody is aboard; "
-                "use driver: rider, driver: world or partial: full (XGV-41)"
+                "use driver: rider, driver: world or partial: full (XGV-41), or partial_forced: true"
             )
         if self.desired_speed_mps is not None and self.stack == "none":
             raise ValueError("desired_speed_mps is read by stack: reference only; remove one of the two")
@@ -143,7 +181,7 @@ class InjectionSection(Section):
     """What happens."""
     duration_s: Annotated[float, Field(gt=0)] | None = None
     """How long it lasts; without it, to the end (latching is the vehicle's business)."""
-    code: Annotated[int, Field(ge=0)] | None = None
+    code: int | None = None
     """Error code, for kind error."""
 
     @model_validator(mode="after")
@@ -153,6 +191,11 @@ class InjectionSection(Section):
         if self.kind is not InjectionKind.ERROR and self.code is not None:
             raise ValueError(f"'code' goes with kind: error, not with kind: {self.kind}; remove it")
         return self
+
+    @field_validator("code")
+    @classmethod
+    def _code_is_known(cls, code: int | None) -> int | None:
+        return None if code is None else known_error_code(code)
 
 
 class ExpectationSection(Section):

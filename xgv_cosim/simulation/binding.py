@@ -11,7 +11,8 @@ from xgv_cosim.actuation import CouplingKind, Driver
 from xgv_cosim.endpoint import Endpoint
 from xgv_cosim.links.base import Link
 from xgv_cosim.parameters import VehicleParameters
-from xgv_cosim.vehicles.base import VehicleProfile
+from xgv_cosim.perception import ModeView
+from xgv_cosim.vehicles.base import SafetyDevices, VehicleProfile
 
 
 class StartKind(StrEnum):
@@ -57,9 +58,19 @@ class BoundVehicle:
     slot: int
     binding: Binding
     endpoint: Endpoint
+    devices: SafetyDevices
     link: Link | None
     refusals: set[tuple[str, str]] = field(default_factory=set)
     """(message type, reason) of refusals in the journal since the last accepted command: repeats at
     every step are told once."""
-    link_blocked: bool = False
-    """True while an injection swallows what the stack sends."""
+    raised: frozenset[int] = frozenset()
+    """Errors of devices and injections that the endpoint knows of."""
+    lasting: dict[tuple[str, str], float] = field(default_factory=dict)
+    """Since when what lasts without effect does: (kind, what) -> simulation time (XGV-41, XGV-68)."""
+    last_view: ModeView | None = None
+    """What the vehicle reported last; a silent controller reports nothing new."""
+
+    @property
+    def is_computing(self) -> bool:
+        """Return whether the controller is booted and not frozen (XGV-01, XGV-67)."""
+        return self.devices.is_active and not self.devices.is_frozen

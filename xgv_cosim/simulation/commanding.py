@@ -6,10 +6,13 @@ import math
 
 import numpy as np
 
+from xgv_cosim.actuation import Gear
 from xgv_cosim.commands import CommandColumns, CommandKind, MotionProfile, WrenchEffort
 from xgv_cosim.endpoint import (
     CommandAccepted,
     CommandDropped,
+    ControlPreempted,
+    DevicesCommanded,
     EndpointChanged,
     EndpointEvent,
     MessageRefused,
@@ -19,35 +22,49 @@ from xgv_cosim.simulation.state import RunState
 
 
 def receive(state: RunState) -> None:
-    """Take what the links have brought to the endpoints (cost follows messages, not fleet size)."""
+    """Take what links and operators have brought to the endpoints (cost follows messages)."""
+    _deliver_posted(state)
     for vehicle in state.vehicles:
         if vehicle.link is None:
             continue
         arrived = vehicle.link.poll()
         for fault in vehicle.link.take_faults():
             state.note(vehicle.vehicle_id, "stack_failed", reasons=(fault,))
-        if vehicle.link_blocked:
-            continue  # what a lost link carried is gone, it does not arrive late
+        if not (vehicle.devices.hears_stack and vehicle.is_computing):
+            continue  # what a lost link carried, or nobody read, is gone; it does not arrive late
         for sender, message in arrived:
+            handle(state, vehicle, vehicle.endpoint.receive(message, sender, state.now_s))
+
+
+def _deliver_posted(state: RunState) -> None:
+    """Hand over what was sent from Python; it travels with what the stack sends, or is lost with it."""
+    posted, state.posted = state.posted, []
+    for vehicle_id, sender, message in posted:
+        if vehicle_id not in state.vehicles:
+            continue  # it has left the world since
+        vehicle = state.vehicles[vehicle_id]
+        if vehicle.devices.hears_stack and vehicle.is_computing:
             handle(state, vehicle, vehicle.endpoint.receive(message, sender, state.now_s))
 
 
 def meet_deadlines(state: RunState) -> None:
     """Let endpoints do what is due at this tick, and end commands that have expired (XGV-43)."""
     fleet = state.fleet
-    for slot in np.flatnonzero(fleet.command.expires_s <= state.now_s + 1e-9).tolist():
+    due = (fleet.command.expires_s <= state.now_s + 1e-9) & ~fleet.frozen
+    for slot in np.flatnonzero(due).tolist():
         vehicle = state.vehicles[str(fleet.ids[slot])]
         clear_command(fleet.command, slot)
         handle(state, vehicle, vehicle.endpoint.command_expired(state.now_s))
     for vehicle in state.vehicles:
-        if vehicle.endpoint.next_deadline_s <= state.now_s + 1e-9:
+        if vehicle.is_computing and vehicle.endpoint.next_deadline_s <= state.now_s + 1e-9:
             handle(state, vehicle, vehicle.endpoint.handle_deadline(state.now_s))
 
 
 def next_deadline_s(state: RunState) -> float:
     """Return when the next command expires or the next endpoint wants to act."""
-    expiry = float(state.fleet.command.expires_s.min())
-    return min([expiry, *(vehicle.endpoint.next_deadline_s for vehicle in state.vehicles)])
+    expiry = float(np.where(state.fleet.frozen, np.inf, state.fleet.command.expires_s).min())
+    computing = (vehicle for vehicle in state.vehicles if vehicle.is_computing)
+    return min([expiry, *(vehicle.endpoint.next_deadline_s for vehicle in computing)])
 
 
 def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) -> None:
@@ -62,24 +79,62 @@ def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) 
                 if fleet.command.kind[slot] != CommandKind.NONE:
                     state.note(name, "command_dropped", reasons=(event.reason,))
                 clear_command(fleet.command, slot)
+            case DevicesCommanded():
+                _switch(state, vehicle, event)
             case MessageRefused():
                 _note_refusal(state, vehicle, event)
             case EndpointChanged():
                 state.note(name, event.kind, event.before, event.after, event.reasons)
+            case ControlPreempted():
+                state.note(name, "control_preempted", event.before, event.after, event.reasons)
+                hold(state, vehicle, vehicle.devices.control_preempted())
     if events:
-        copy_endpoint(state, vehicle)
+        follow_devices(state, vehicle)
+
+
+def follow_devices(state: RunState, vehicle: BoundVehicle) -> None:
+    """Let a stop in force keep the vehicle from being resumed (XGV-37), and write the mode inputs."""
+    if vehicle.is_computing:
+        why = vehicle.devices.follow_stops(vehicle.endpoint.device_bits)
+        hold(state, vehicle, why)
+    copy_endpoint(state, vehicle)
+
+
+def hold(state: RunState, vehicle: BoundVehicle, why: str) -> None:
+    """Refuse Resume as the devices say, and set the vehicle to standby if there is a reason (XGV-37)."""
+    vehicle.endpoint.refuse_resume(vehicle.devices.resume_refusal)
+    if why:
+        handle(state, vehicle, vehicle.endpoint.stand_by(why, state.now_s))
 
 
 def copy_endpoint(state: RunState, vehicle: BoundVehicle) -> None:
-    """Write what the endpoint contributes to the columns: control and ready mode, its device bits."""
-    fleet, slot, endpoint = state.fleet, vehicle.slot, vehicle.endpoint
-    fleet.control_mode[slot] = endpoint.control_mode
-    fleet.ready_mode[slot] = endpoint.ready_mode
-    bits = vehicle.binding.profile.base_device_bits | endpoint.device_bits
-    for kind, _code in state.devices.acting_on(vehicle.vehicle_id):
-        effect = vehicle.binding.profile.effects.get(kind)
-        bits |= effect.device_bits if effect is not None else 0
-    fleet.safety_devices[slot] = bits
+    """Write the inputs of the modes: control and ready mode, and the device word.
+
+    A frozen controller computes neither mode; an inactive one has none, code 0 (XGV-32, XGV-67).
+    """
+    fleet, slot, endpoint, devices = state.fleet, vehicle.slot, vehicle.endpoint, vehicle.devices
+    if not devices.is_frozen:
+        fleet.control_mode[slot] = endpoint.control_mode if devices.is_active else 0
+        fleet.ready_mode[slot] = endpoint.ready_mode if devices.is_active else 0
+    bits = devices.bits | (endpoint.device_bits if devices.is_active else 0)
+    fleet.lost_functions[slot] = endpoint.lost_functions if devices.is_active else 0
+    if bits != fleet.safety_devices[slot]:
+        fleet.safety_devices[slot] = bits
+        if vehicle.is_computing:
+            handle(state, vehicle, endpoint.devices_changed(bits, state.now_s))
+
+
+def _switch(state: RunState, vehicle: BoundVehicle, commanded: DevicesCommanded) -> None:
+    """Set gear selector and engine; a mere repeat is no event (XGV-09, XGV-34)."""
+    fleet, slot, name = state.fleet, vehicle.slot, vehicle.vehicle_id
+    if commanded.gear is not None and fleet.gear_wanted[slot] != commanded.gear:
+        before = Gear(int(fleet.gear_wanted[slot])).name.lower()
+        fleet.gear_wanted[slot] = commanded.gear
+        state.note(name, "gear", before, commanded.gear.name.lower())
+    if commanded.engine_on is not None and fleet.engine_on[slot] != commanded.engine_on:
+        fleet.engine_on[slot] = commanded.engine_on
+        words = ("off", "on")
+        state.note(name, "engine", words[not commanded.engine_on], words[commanded.engine_on])
 
 
 def write_command(command: CommandColumns, slot: int, accepted: CommandAccepted) -> None:

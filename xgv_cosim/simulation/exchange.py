@@ -8,7 +8,7 @@ import numpy as np
 
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
-from xgv_cosim.fleet import Fleet, Motion
+from xgv_cosim.fleet import Fleet, Motion, copied_motion
 from xgv_cosim.parameters import ParameterColumns
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.worlds.base import Placement
@@ -113,15 +113,13 @@ def adopt(
         computer_steering: Over all slots, as placed.
         before: The motion at the start of the step.
     """
-    motion = Motion(*(column.copy() for column in fleet.motion))
+    motion = copied_motion(fleet.motion)
     drives, steers = ~computer_speed[slots], ~computer_steering[slots]
     by_speed, by_steering = slots[drives], slots[steers]
     motion.heading_rad[by_steering] = snapshot.heading_rad[rows[steers]] + fleet.heading_ease_rad[by_steering]
     motion.speed_mps[by_speed] = snapshot.speed_mps[rows[drives]]
     motion.accel_mps2[by_speed] = snapshot.accel_mps2[rows[drives]]
     motion.speed_error_integral_m[by_speed] = 0.0
-    motion.throttle[by_speed] = 0.0
-    motion.brake[by_speed] = 0.0
     reach = front_distance_m(fleet.parameters)[slots]
     motion.x_m[slots] = snapshot.front_x_m[rows] - reach * np.cos(motion.heading_rad[slots])
     motion.y_m[slots] = snapshot.front_y_m[rows] - reach * np.sin(motion.heading_rad[slots])

@@ -11,7 +11,7 @@ from xgv_cosim.actuation import CouplingKind, Driver, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.fleet import Fleet
-from xgv_cosim.simulation import commanding, requests
+from xgv_cosim.simulation import commanding, reporting, requests
 from xgv_cosim.simulation.binding import Binding, BoundVehicle, Selector, StartKind
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
@@ -73,6 +73,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         slot=slot,
         binding=binding,
         endpoint=binding.profile.new_endpoint(vehicle_id, state.now_s),
+        devices=binding.profile.new_devices(vehicle_id, state.now_s),
         link=binding.new_link(vehicle_id, stack_address(slot)) if binding.new_link else None,
     )
     state.vehicles.add(vehicle)
@@ -98,6 +99,7 @@ def release_gone(state: RunState, world: World, snapshot: Snapshot) -> None:
 
 def release(state: RunState, vehicle_id: str, why: str) -> None:
     """Free the slot of a vehicle and end its link."""
+    reporting.end_lasting(state, state.vehicle(vehicle_id))
     vehicle = state.vehicles.remove(vehicle_id)
     if vehicle.link is not None:
         vehicle.link.close()
@@ -129,4 +131,6 @@ def fill_row(fleet: Fleet, slot: int, snapshot: Snapshot, row: int, binding: Bin
     stop = binding.profile.stop_settings
     fleet.stop_decel_mps2[slot] = stop.decel_mps2
     fleet.stop_hold_brake[slot] = stop.hold_brake
+    share = binding.parameters.unassisted_brake_share if stop.brake_needs_engine else 1.0
+    fleet.brake_share_without_engine[slot] = share
     fleet.centres_without_command[slot] = stop.centres_without_command

@@ -22,6 +22,7 @@ from xgv_cosim.simulation import (
     moding,
     reporting,
     requests,
+    safety,
     setpoints,
     views,
 )
@@ -110,6 +111,7 @@ class Simulation:
         commanding.receive(state)
         by_computer = exchange.nobody_yet(fleet)
         while tick < end:
+            safety.meet_deadlines(state)
             commanding.meet_deadlines(state)
             self._resolve_modes()
             by_computer = exchange.also_computers(fleet, by_computer)
@@ -157,9 +159,13 @@ class Simulation:
         fleet.reference = setpoints.seeded_references(
             fleet.reference,
             fleet.motion,
+            fleet.parameters,
             axes.longitudinal != fleet.longitudinal,
             axes.lateral != fleet.lateral,
         )
+        started = setpoints.started_by_driver(fleet, axes.longitudinal)
+        reporting.note_started_engines(self.state, started)
+        fleet.engine_on = fleet.engine_on | started
         fleet.safety_mode, fleet.longitudinal, fleet.lateral = (
             axes.safety_mode,
             axes.longitudinal,
@@ -167,6 +173,7 @@ class Simulation:
         )
         fleet.speed_released_s, fleet.steering_released_s = axes.speed_released_s, axes.steering_released_s
         fleet.handed_over = axes.handed_over
+        reporting.note_stops_without_effect(self.state, answer.pausing)
 
     def _advance_motion(self, ticks: int) -> None:
         """Ruckig once for the segment, then controllers and plant over its ticks."""
@@ -174,7 +181,9 @@ class Simulation:
         wanted = setpoints.setpoints_of(fleet)
         limited, failed = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
         motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
+        reporting.note_gears(self.state, fleet.motion.gear, motion.gear)
         fleet.motion = motion
+        fleet.gear_wanted = setpoints.gear_kept(fleet)
         fleet.reference = merge_references(limited, followed, wanted, motion)
         reporting.note_failed_references(self.state, failed)
 

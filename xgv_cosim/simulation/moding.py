@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column
-from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet import Fleet, HeldOutputs
 from xgv_cosim.vehicles.base import ModeInputs, Resolution, VehicleProfile
 
 
@@ -24,8 +24,12 @@ class AxisModes(NamedTuple):
     handed_over: BoolColumn
 
 
-def resolve(fleet: Fleet, groups: Iterable[tuple[VehicleProfile, IntColumn]]) -> Resolution:
-    """Return every profile's answer, scattered over the slots; free slots keep what they have."""
+def resolve(fleet: Fleet, groups: Sequence[tuple[VehicleProfile, IntColumn]]) -> Resolution:
+    """Return every profile's answer, scattered over the slots; free slots keep what they have.
+
+    Of a frozen controller only the devices act that need no software; else it holds what it put out
+    last (XGV-67).
+    """
     answer = Resolution(
         safety_mode=fleet.safety_mode.copy(),
         longitudinal=fleet.longitudinal.copy(),
@@ -33,10 +37,13 @@ def resolve(fleet: Fleet, groups: Iterable[tuple[VehicleProfile, IntColumn]]) ->
         driver_engaged=np.zeros(fleet.num_slots, np.bool_),
         in_run_state=np.zeros(fleet.num_slots, np.bool_),
         stop_demanded=np.zeros(fleet.num_slots, np.bool_),
+        pausing=np.zeros(fleet.num_slots, np.bool_),
     )
-    inputs = ModeInputs(
-        fleet.safety_devices, fleet.control_mode, fleet.ready_mode, fleet.partial_mode, fleet.command.kind
-    )
+    devices = fleet.safety_devices.copy()
+    for profile, slots in groups:
+        by_hardware = np.uint16(profile.hardware_override_bits)
+        devices[slots] &= np.where(fleet.frozen[slots], by_hardware, np.uint16(0xFFFF))
+    inputs = ModeInputs(devices, fleet.control_mode, fleet.ready_mode, fleet.partial_mode, fleet.command.kind)
     for profile, slots in groups:
         part = profile.resolve(
             ModeInputs(
@@ -49,7 +56,20 @@ def resolve(fleet: Fleet, groups: Iterable[tuple[VehicleProfile, IntColumn]]) ->
         )
         for whole, column in zip(answer, part, strict=True):
             whole[slots] = column
-    return answer
+    held = fleet.frozen & (devices == 0)
+    return answer if not held.any() else _holding(answer, fleet.held, held)
+
+
+def _holding(answer: Resolution, outputs: HeldOutputs, held: BoolColumn) -> Resolution:
+    return Resolution(
+        safety_mode=np.where(held, outputs.safety_mode, answer.safety_mode),
+        longitudinal=np.where(held, outputs.longitudinal, answer.longitudinal),
+        lateral=np.where(held, outputs.lateral, answer.lateral),
+        driver_engaged=answer.driver_engaged & ~held,
+        in_run_state=answer.in_run_state & ~held,
+        stop_demanded=answer.stop_demanded & ~held,
+        pausing=answer.pausing & ~held,
+    )
 
 
 def _released_since(released: BoolColumn, since_s: FloatColumn, now_s: float) -> FloatColumn:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.actuation import Gear, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn, UInt8Column
 from xgv_cosim.simulation import commanding
+from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.moding import AxisModes
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
@@ -27,6 +28,12 @@ def _note_axis(
             state.note(str(state.fleet.ids[slot]), kind, old, new)
 
 
+def reasons_of(state: RunState, vehicle: BoundVehicle) -> tuple[str, ...]:
+    """Return why the safety mode of a vehicle is what it is, strongest cause first."""
+    computed = vehicle.endpoint.reasons(int(state.fleet.safety_devices[vehicle.slot]))
+    return vehicle.devices.reasons(computed)
+
+
 def note_modes(state: RunState, axes: AxisModes) -> None:
     """Enter what changes at this tick: safety modes with their reasons, hand-overs, axis holders."""
     fleet = state.fleet
@@ -34,14 +41,63 @@ def note_modes(state: RunState, axes: AxisModes) -> None:
         vehicle = state.vehicles[str(fleet.ids[slot])]
         name_of = vehicle.binding.profile.safety_mode_name
         before, after = name_of(int(fleet.safety_mode[slot])), name_of(int(axes.safety_mode[slot]))
-        reasons = vehicle.endpoint.reasons(int(fleet.safety_devices[slot]))
-        state.note(vehicle.vehicle_id, "safety_mode", before, after, reasons)
+        state.note(vehicle.vehicle_id, "safety_mode", before, after, reasons_of(state, vehicle))
+        if not fleet.frozen[slot]:  # a frozen controller does not notice what hardware does (XGV-67)
+            entered = vehicle.endpoint.safety_mode_entered(int(axes.safety_mode[slot]), state.now_s)
+            commanding.handle(state, vehicle, entered)
     for slot in np.flatnonzero(axes.handed_over & ~fleet.handed_over).tolist():
         state.note(str(fleet.ids[slot]), "handover", "world_driver", "computer")
     _note_axis(
         state, "speed_control", fleet.longitudinal, axes.longitudinal, Longitudinal.FREE, Longitudinal.DRIVER
     )
     _note_axis(state, "steering_control", fleet.lateral, axes.lateral, Lateral.FREE, Lateral.DRIVER)
+
+
+def note_started_engines(state: RunState, started: BoolColumn) -> None:
+    """Enter which engines the world's driver has started, to drive on."""
+    for slot in np.flatnonzero(started).tolist():
+        state.note(str(state.fleet.ids[slot]), "engine", "off", "on", ("started by the driver",))
+
+
+def note_gears(state: RunState, before: UInt8Column, after: UInt8Column) -> None:
+    """Enter which gears have been engaged (XGV-70)."""
+    for slot in np.flatnonzero(before != after).tolist():
+        name, was, now = state.fleet.ids[slot], Gear(int(before[slot])), Gear(int(after[slot]))
+        state.note(str(name), "gear_engaged", was.name.lower(), now.name.lower())
+
+
+def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
+    """Enter stop demands that do not stop the car, when they begin and, with their duration, when they end.
+
+    ``stop_masked``: a higher mode, a fault or a bypass stands before the demand (XGV-68).
+    ``pause_ineffective``: in a pause nobody has the speed that the partial mode leaves to a human (XGV-41).
+    """
+    fleet = state.fleet
+    for vehicle in state.vehicles:
+        slot = vehicle.slot
+        now = {
+            ("stop_masked", what): why
+            for what, why in vehicle.devices.masked_stops(int(fleet.safety_mode[slot])).items()
+        }
+        if pausing[slot] and fleet.longitudinal[slot] == Longitudinal.FREE:
+            now["pause_ineffective", "pause"] = "manual speed, and no driver has taken it"
+        for kind, what in [key for key in vehicle.lasting if key not in now]:
+            _end(state, vehicle, kind, what)
+        for (kind, what), why in now.items():
+            if (kind, what) not in vehicle.lasting:
+                vehicle.lasting[kind, what] = state.now_s
+                state.note(vehicle.vehicle_id, kind, "", what, (why,))
+
+
+def end_lasting(state: RunState, vehicle: BoundVehicle) -> None:
+    """Enter the end of what lasts without effect, because the vehicle is released."""
+    for kind, what in list(vehicle.lasting):
+        _end(state, vehicle, kind, what)
+
+
+def _end(state: RunState, vehicle: BoundVehicle, kind: str, what: str) -> None:
+    lasted_s = state.now_s - vehicle.lasting.pop((kind, what))
+    state.note(vehicle.vehicle_id, kind, what, "", (f"lasted {lasted_s:.2f} s",))
 
 
 def note_failed_references(state: RunState, failed: BoolColumn) -> None:

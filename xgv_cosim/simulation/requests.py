@@ -7,11 +7,10 @@ from difflib import get_close_matches
 
 from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.errors import UnknownVehicleError
-from xgv_cosim.simulation import commanding, moding
+from xgv_cosim.simulation import commanding, moding, safety
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.devices import OPERATOR, Edge
 from xgv_cosim.simulation.state import RunState
-from xgv_cosim.vehicles.base import InjectionEffect
 from xgv_cosim.worlds.base import World
 
 
@@ -23,6 +22,13 @@ def apply_requests(state: RunState) -> None:
             OPERATOR, request.vehicle_id, request.kind, request.code, begins=request.begins
         )
         apply_edges(state, edges)
+    operated, state.operated = state.operated, []
+    for vehicle_id, action in operated:
+        safety.operate(state, state.vehicle(vehicle_id), action)
+    to_clear, state.errors_to_clear = state.errors_to_clear, []
+    for vehicle_id in to_clear:
+        vehicle = state.vehicle(vehicle_id)
+        commanding.handle(state, vehicle, vehicle.endpoint.clear_errors(state.now_s))
     partial_requested, state.partial_requested = state.partial_requested, []
     for vehicle_id, bits in partial_requested:
         slot = state.vehicle(vehicle_id).slot
@@ -59,7 +65,11 @@ def apply_scheduled(state: RunState, world: World, tick: int) -> None:
 def next_edge(state: RunState, tick: int, end: int) -> int:
     """Return the next tick after ``tick`` on which something acts, at most ``end``."""
     ticks = state.devices.ticks_between(tick + 1, end)
-    for deadline_s in (commanding.next_deadline_s(state), moding.next_take_over_s(state.fleet)):
+    for deadline_s in (
+        commanding.next_deadline_s(state),
+        safety.next_deadline_s(state),
+        moding.next_take_over_s(state.fleet),
+    ):
         if math.isfinite(deadline_s):
             ticks.append(max(tick + 1, tick_at_or_after(deadline_s)))
     return min([end, *ticks])
@@ -75,37 +85,17 @@ def apply_edges(state: RunState, edges: list[Edge]) -> None:
                 state.note(edge.vehicle_id, "injection_without_vehicle", after=name, reasons=(reason,))
             continue
         vehicle = state.vehicles[edge.vehicle_id]
-        effect = vehicle.binding.profile.effects.get(edge.kind)
-        if effect is None:
+        if edge.kind not in vehicle.binding.profile.effects:
             reason = f"profile {vehicle.binding.profile.name} has no {name}"
             state.note(edge.vehicle_id, "injection_unsupported", after=name, reasons=(reason,))
             continue
         before, after = ("", name) if edge.begins else (name, "")
         code = () if edge.code is None else (f"code {edge.code}",)
         state.note(edge.vehicle_id, "injection", before, after, code)
-        act(state, vehicle, effect, edge.code, begins=edge.begins)
+        safety.apply(state, vehicle, edge.kind, edge.code, begins=edge.begins)
 
 
 def meet_injections(state: RunState, vehicle: BoundVehicle) -> None:
     """Let a vehicle that was just bound meet the injections that act already."""
     for kind, code in state.devices.acting_on(vehicle.vehicle_id):
         apply_edges(state, [Edge(vehicle.vehicle_id, kind, code, begins=True)])
-
-
-def act(
-    state: RunState,
-    vehicle: BoundVehicle,
-    effect: InjectionEffect,
-    code: int | None,
-    *,
-    begins: bool,
-) -> None:
-    """Do what an injection does to this make of vehicle."""
-    if effect.blocks_link:
-        vehicle.link_blocked = begins
-    if effect.raises_error and code is not None:
-        endpoint, now_s = vehicle.endpoint, state.now_s
-        events = endpoint.raise_error(code, now_s) if begins else endpoint.clear_error(code, now_s)
-        commanding.handle(state, vehicle, events)
-    if effect.device_bits:
-        commanding.copy_endpoint(state, vehicle)

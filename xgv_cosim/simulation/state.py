@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from jaus.address import JausAddress
 from xgv_cosim.clock import Clock
+from xgv_cosim.endpoint import StackMessage
 from xgv_cosim.errors import UnknownVehicleError
 from xgv_cosim.fleet import Fleet
-from xgv_cosim.injection import InjectionKind
+from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.bound import BoundVehicles
 from xgv_cosim.simulation.devices import Devices, Edge
@@ -33,6 +35,13 @@ class RunState:
     """Operators' requests, applied at the start of the next step."""
     partial_requested: list[tuple[str, int]] = field(default_factory=list)
     """(vehicle id, partial mode bits), applied likewise."""
+    posted: list[tuple[str, JausAddress, StackMessage]] = field(default_factory=list)
+    """(vehicle id, sender, message) sent from Python, delivered at the start of the next step."""
+    errors_to_clear: list[str] = field(default_factory=list)
+    """Vehicles whose latched errors the operator clears, likewise."""
+
+    operated: list[tuple[str, OperatorAction]] = field(default_factory=list)
+    """(vehicle id, what its operator does there), applied likewise."""
 
     @property
     def now_s(self) -> float:

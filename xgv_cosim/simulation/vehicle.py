@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+from jaus.address import JausAddress
+from xgv_cosim.endpoint import StackMessage
 from xgv_cosim.errors import ScenarioError
-from xgv_cosim.injection import InjectionKind
+from xgv_cosim.injection import InjectionKind, OperatorAction
+from xgv_cosim.simulation.reporting import reasons_of
 from xgv_cosim.simulation.requests import PARTIAL_NAMES
 from xgv_cosim.simulation.state import RunState
+from xgv_cosim.vehicles.base import VehicleModeReport
+
+OPERATOR_CONSOLE = JausAddress(254, 254, 1, 1)
+"""Address under which messages from Python are sent; no stack has it."""
 
 
 class Pose(NamedTuple):
@@ -37,8 +44,7 @@ class VehicleHandle:
     @property
     def reasons(self) -> tuple[str, ...]:
         """Return why the safety mode is what it is, strongest cause first."""
-        vehicle = self._state.vehicle(self.vehicle_id)
-        return vehicle.endpoint.reasons(int(self._state.fleet.safety_devices[vehicle.slot]))
+        return reasons_of(self._state, self._state.vehicle(self.vehicle_id))
 
     @property
     def speed_mps(self) -> float:
@@ -79,6 +85,31 @@ class VehicleHandle:
         """Open or close a door (XGV-27)."""
         self._state.request(self.vehicle_id, InjectionKind.DOOR, begins=is_open)
 
+    def clear_errors(self) -> None:
+        """Clear the latched errors whose cause is gone, as the car's operator does (XGV-38)."""
+        self._state.errors_to_clear.append(self._state.vehicle(self.vehicle_id).vehicle_id)
+
+    def send(self, message: StackMessage, sender: JausAddress = OPERATOR_CONSOLE) -> None:
+        """Send a message to the vehicle's components, as a stack does; it arrives with the next step.
+
+        A controller that sends nothing for ``xgv.control.controller_timeout_s`` loses control (XGV-65).
+        """
+        self._state.posted.append((self._state.vehicle(self.vehicle_id).vehicle_id, sender, message))
+
+    def vehicle_mode_report(self) -> VehicleModeReport | None:
+        """Return the fields of Report Vehicle Mode, None if the car does not report (XGV-45, XGV-53)."""
+        vehicle, fleet = self._state.vehicle(self.vehicle_id), self._state.fleet
+        slot = vehicle.slot
+        if not vehicle.is_computing:  # silent (XGV-32, XGV-67)
+            return None
+        return vehicle.binding.profile.vehicle_mode_report(
+            int(fleet.control_mode[slot]),
+            int(fleet.ready_mode[slot]),
+            int(fleet.safety_mode[slot]),
+            int(fleet.partial_mode[slot]),
+            int(fleet.safety_devices[slot]),
+        )
+
     def inject(self, kind: str, *, begins: bool = True, code: int | None = None) -> None:
         """Begin or end anything of the injection vocabulary.
 
@@ -93,10 +124,25 @@ class VehicleHandle:
         self._state.vehicle(self.vehicle_id).binding.profile.validate_injection(known, code)
         self._state.request(self.vehicle_id, known, code, begins=begins)
 
+    def rearm(self) -> None:
+        """Allow Resume again after stops whose key says ``operator``, where their cause is gone (XGV-37)."""
+        self._operate(OperatorAction.REARM)
+
+    def initialise_steering(self) -> None:
+        """Initialise the steering and press OK (XGV-69)."""
+        self._operate(OperatorAction.INITIALISE_STEERING)
+
+    def _operate(self, action: OperatorAction) -> None:
+        self._state.operated.append((self._state.vehicle(self.vehicle_id).vehicle_id, action))
+
     def set_partial_mode(
-        self, mode: Literal["full", "manual_steering", "manual_speed", "both_manual"]
+        self, mode: Literal["full", "manual_steering", "manual_speed", "both_manual"], *, force: bool = False
     ) -> None:
         """Choose at the vehicle's display which axes the computer controls (XGV-39, XGV-40).
+
+        Args:
+            mode: Which axes the computer controls.
+            force: Allow a manual axis with nobody aboard (XGV-41).
 
         Raises:
             ScenarioError: An unknown mode, both manual where that is not allowed, or one that needs a
@@ -106,5 +152,5 @@ class VehicleHandle:
             raise ScenarioError(f"partial mode: got {mode!r}, expected one of {', '.join(PARTIAL_NAMES)}")
         bits = PARTIAL_NAMES.index(mode)
         vehicle = self._state.vehicle(self.vehicle_id)
-        vehicle.binding.profile.validate_partial_mode(bits, vehicle.binding.driver)
+        vehicle.binding.profile.validate_partial_mode(bits, vehicle.binding.driver, forced=force)
         self._state.partial_requested.append((self.vehicle_id, bits))

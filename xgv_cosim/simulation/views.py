@@ -6,20 +6,27 @@ import numpy as np
 
 from xgv_cosim.perception import ModeView, observe
 from xgv_cosim.road import Road
+from xgv_cosim.simulation import reporting
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
 
 
 def mode_view(state: RunState, vehicle: BoundVehicle) -> ModeView:
-    """Return what a vehicle reports of its own modes and components."""
+    """Return what a vehicle reports of its own modes and components.
+
+    A controller that is frozen or not booted is silent: the last report stands (XGV-32, XGV-67).
+    """
     fleet, endpoint = state.fleet, vehicle.endpoint
-    return ModeView(
+    if vehicle.last_view is not None and not vehicle.is_computing:
+        return vehicle.last_view
+    vehicle.last_view = ModeView(
         safety_mode=vehicle.binding.profile.safety_mode_name(int(fleet.safety_mode[vehicle.slot])),
-        reasons=endpoint.reasons(int(fleet.safety_devices[vehicle.slot])),
+        reasons=reporting.reasons_of(state, vehicle),
         component_status=endpoint.component_status,
         component_controller=endpoint.component_controller,
     )
+    return vehicle.last_view
 
 
 def send_observations(state: RunState, snapshot: Snapshot, road: Road) -> None:

@@ -8,8 +8,8 @@ from typing import NamedTuple, Protocol
 
 from xgv_cosim.actuation import Driver
 from xgv_cosim.columns import BoolColumn, UInt8Column, UInt16Column
-from xgv_cosim.endpoint import Endpoint
-from xgv_cosim.injection import InjectionKind
+from xgv_cosim.endpoint import Endpoint, EndpointChanged
+from xgv_cosim.injection import InjectionKind, OperatorAction
 
 
 class ModeInputs(NamedTuple):
@@ -37,18 +37,109 @@ class Resolution(NamedTuple):
     """True: the profile's run state with a live command, which ends ``bind.start = handover``."""
     stop_demanded: BoolColumn
     """True: an emergency stop device asks for a stop, which acts even before the hand-over."""
+    pausing: BoolColumn
+    """True: the mode is a pause, which has no effect where nobody takes a manual speed axis (XGV-41)."""
 
 
 @dataclass(frozen=True, slots=True)
 class InjectionEffect:
-    """What an injection does to one make of vehicle; all fields empty means nothing."""
+    """What an injection does to one make of vehicle."""
 
+    text: str
+    """What it does, in words."""
     device_bits: int = 0
-    """Safety-device bits that are set while it lasts."""
+    """Safety-device bits that it sets while it lasts, unless something stands between (a radio, a fault)."""
     raises_error: bool = False
     """The injection's ``code`` is raised while it lasts."""
-    blocks_link: bool = False
-    """Messages from the stack are lost while it lasts."""
+
+
+class VehicleModeReport(NamedTuple):
+    """What a vehicle reports of its modes: the fields of Report Vehicle Mode (XGV-47 to XGV-52)."""
+
+    version: int
+    control_mode: int
+    ready_mode: int
+    safety_mode: int
+    partial_mode: int
+    """Bit 0 manual steering, bit 1 manual speed."""
+    safety_devices: int
+
+
+class SafetyDevices(Protocol):
+    """The safety devices of one vehicle: what is pressed, open, lost or broken. Reads no clock (sans-IO).
+
+    It also knows the faults of the controller itself, and what those stops need before the vehicle may
+    move again. The simulation brings it injections and the time, and writes what it answers.
+    """
+
+    @property
+    def bits(self) -> int:
+        """Return the device word, without the bits that the endpoint sets (XGV-52)."""
+        ...
+
+    @property
+    def errors(self) -> frozenset[int]:
+        """Return the error codes that devices and injections raise now."""
+        ...
+
+    @property
+    def is_active(self) -> bool:
+        """Return whether the vehicle's system is booted (XGV-01)."""
+        ...
+
+    @property
+    def is_frozen(self) -> bool:
+        """Return whether the controller is frozen: booted, but nothing is computed (XGV-67)."""
+        ...
+
+    @property
+    def hears_stack(self) -> bool:
+        """Return whether messages from the stack reach the vehicle."""
+        ...
+
+    @property
+    def next_deadline_s(self) -> float:
+        """Return when ``handle_deadline`` is due, ``inf`` for never."""
+        ...
+
+    @property
+    def resume_refusal(self) -> str:
+        """Return why Resume is refused now, empty if it is not (XGV-37)."""
+        ...
+
+    def apply(
+        self, kind: InjectionKind, code: int | None, now_s: float, *, begins: bool
+    ) -> list[EndpointChanged]:
+        """Let a supported injection begin or end; return what changed, for the event log."""
+        ...
+
+    def handle_deadline(self, now_s: float) -> list[EndpointChanged]:
+        """Do what is due, for example open a relay because the radio has fallen silent."""
+        ...
+
+    def operate(self, action: OperatorAction, now_s: float) -> list[EndpointChanged]:
+        """Let the operator do something at the vehicle."""
+        ...
+
+    def follow_stops(self, endpoint_bits: int) -> str:
+        """Take note of the stops in force; return why the vehicle goes to standby, or nothing (XGV-37).
+
+        Args:
+            endpoint_bits: Device bits that the endpoint sets, such as "errors detected".
+        """
+        ...
+
+    def control_preempted(self) -> str:
+        """Take note of a pre-emption; the answer is that of ``follow_stops`` (XGV-66)."""
+        ...
+
+    def masked_stops(self, safety_mode: int) -> Mapping[str, str]:
+        """Return each stop demand that has no effect in this mode, and what masks it (XGV-68)."""
+        ...
+
+    def reasons(self, computed: tuple[str, ...]) -> tuple[str, ...]:
+        """Return why the safety mode is what it is, given what the endpoint says of its computation."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +152,8 @@ class StopSettings:
     """Brake effort held at standstill, share 0 to 1 (XGV-33)."""
     centres_without_command: bool
     """Closed-loop steering without a live command goes straight instead of staying (XGV-35)."""
+    brake_needs_engine: bool = False
+    """With the engine off a brake effort gives ``unassisted_brake_share`` of its deceleration (XGV-31)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +191,11 @@ class VehicleProfile(Protocol):
         ...
 
     @property
+    def hardware_override_bits(self) -> int:
+        """Return the device bits that act with no software in the loop, frozen controller or not (XGV-67)."""
+        ...
+
+    @property
     def stop_settings(self) -> StopSettings:
         """Return how a controlled stop is done."""
         ...
@@ -109,6 +207,10 @@ class VehicleProfile(Protocol):
 
     def new_endpoint(self, vehicle_id: str, now_s: float) -> Endpoint:
         """Return the endpoint of a vehicle that was just powered up."""
+        ...
+
+    def new_devices(self, vehicle_id: str, now_s: float) -> SafetyDevices:
+        """Return the safety devices of a vehicle that was just bound: nothing pressed, open or broken."""
         ...
 
     def resolve(self, inputs: ModeInputs) -> Resolution:
@@ -123,8 +225,20 @@ class VehicleProfile(Protocol):
         """
         ...
 
-    def validate_partial_mode(self, bits: int, driver: Driver) -> None:
+    def vehicle_mode_report(
+        self, control_mode: int, ready_mode: int, safety_mode: int, partial_mode: int, safety_devices: int
+    ) -> VehicleModeReport | None:
+        """Return what the vehicle reports of its modes; None: it has no such report, or is silent."""
+        ...
+
+    def secondary_status(self, partial_mode: int, safety_devices: int) -> int:
+        """Return the vehicle-specific word of Report Component Status (XGV-46)."""
+        ...
+
+    def validate_partial_mode(self, bits: int, driver: Driver, *, forced: bool = False) -> None:
         """Refuse a partial mode that makes no sense for this profile (XGV-41).
+
+        ``forced`` allows a manual axis with nobody aboard.
 
         Raises:
             ScenarioError: Both axes manual where that is not allowed, or a manual axis without a driver.

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from xgv_cosim import kernel
-from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.actuation import Gear, Lateral, Longitudinal
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
-from xgv_cosim.fleet import Motion, Reference, Setpoints
+from xgv_cosim.fleet import Motion, Reference, Setpoints, idle_motion
 from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
 
 DEFAULTS = {
@@ -26,6 +26,17 @@ DEFAULTS = {
     "throttle": 0.0,
     "brake": 0.5,
     "steer_rad": 0.0,
+    "gear_wanted": Gear.DRIVE,
+    "engine_on": True,
+    "brake_authority": 1.0,
+    "lost_functions": 0,
+}
+KINDS = {
+    "longitudinal": np.uint8,
+    "lateral": np.uint8,
+    "gear_wanted": np.uint8,
+    "engine_on": np.bool_,
+    "lost_functions": np.uint8,
 }
 
 
@@ -34,16 +45,13 @@ def setpoints(num_slots: int = 1, **given: float) -> Setpoints:
     values = {**DEFAULTS, **given}
     assert values.keys() == set(Setpoints._fields)
     return Setpoints(
-        *(
-            np.full(num_slots, values[name], np.uint8 if name in {"longitudinal", "lateral"} else np.float64)
-            for name in Setpoints._fields
-        )
+        *(np.full(num_slots, values[name], KINDS.get(name, np.float64)) for name in Setpoints._fields)
     )
 
 
 def at_rest(num_slots: int = 1) -> tuple[Motion, Reference]:
     return (
-        Motion(*(np.zeros(num_slots) for _ in Motion._fields)),
+        idle_motion(num_slots),
         Reference(*(np.zeros(num_slots) for _ in Reference._fields)),
     )
 
@@ -63,7 +71,9 @@ def random_fleet(
     def pick(*choices: float) -> np.ndarray:
         return rng.choice(np.array(choices), num_slots)
 
-    speed = np.where(rng.random(num_slots) < 0.3, pick(0.0, 0.02, 0.3), rng.uniform(0.0, 35.0, num_slots))
+    speed = np.where(
+        rng.random(num_slots) < 0.3, pick(0.0, 0.02, 0.3, -0.02, -3.0), rng.uniform(0.0, 35.0, num_slots)
+    )
     curvature = rng.uniform(-0.02, 0.02, num_slots)
     motion = Motion(
         x_m=rng.uniform(-1e3, 1e3, num_slots),
@@ -77,6 +87,8 @@ def random_fleet(
         brake=pick(0.0, 0.004, 0.3, 1.0),
         speed_error_integral_m=rng.uniform(-0.5, 0.5, num_slots),
         travelled_m=rng.uniform(0.0, 3.0, num_slots),
+        gear=rng.choice(np.array(Gear, np.uint8), num_slots),
+        shift_s=pick(0.0, 0.3, 0.7, 1.45),
     )
     reference = Reference(
         speed + rng.uniform(-1.0, 1.0, num_slots) * pick(0.0, 1.0),
@@ -87,7 +99,7 @@ def random_fleet(
     wanted = Setpoints(
         longitudinal=rng.choice(np.array(Longitudinal, np.uint8), num_slots),
         lateral=rng.choice(np.array(Lateral, np.uint8), num_slots),
-        target_speed_mps=np.where(rng.random(num_slots) < 0.3, 0.0, rng.uniform(0.0, 35.0, num_slots)),
+        target_speed_mps=np.where(rng.random(num_slots) < 0.3, 0.0, rng.uniform(-5.0, 35.0, num_slots)),
         accel_limit_mps2=pick(0.0, 0.5, 2.0, 3.0, 50.0, np.nan),
         decel_limit_mps2=pick(0.0, 0.5, 2.5, 6.0, 50.0, np.inf),
         jerk_limit_mps3=pick(0.5, 4.0, 10.0, np.inf),
@@ -97,12 +109,23 @@ def random_fleet(
         throttle=pick(0.0, 0.01, 0.4, 1.0, 3.0, np.nan),
         brake=pick(0.0, 0.2, 0.5, 1.0, -1.0, np.nan),
         steer_rad=pick(-2.0, -0.1, 0.0, 0.3, np.nan),
+        gear_wanted=rng.choice(np.array(Gear, np.uint8), num_slots),
+        engine_on=rng.random(num_slots) < 0.8,
+        brake_authority=pick(1.0, 1.0, 0.4, 0.0, np.nan),
+        lost_functions=np.where(rng.random(num_slots) < 0.6, 0, rng.integers(0, 16, num_slots)).astype(
+            np.uint8
+        ),
     )
     columns = parameter_columns(VehicleParameters(), num_slots)
     spread = rng.uniform(0.8, 1.25, (len(columns), num_slots))
     parameters = ParameterColumns(*(column * factor for column, factor in zip(columns, spread, strict=True)))
     released = pick(0.0, 1.0)
-    return motion, reference, wanted, parameters._replace(released_steering_self_aligns=released)
+    return (
+        motion,
+        reference,
+        wanted,
+        parameters._replace(released_steering_self_aligns=released, grade=pick(0.0, 0.0, 0.1, -0.2)),
+    )
 
 
 @dataclass
@@ -119,11 +142,14 @@ class Drive:
     @classmethod
     def at(cls, speed_mps: float, **parameters: float) -> Drive:
         motion, reference = driving(speed_mps)
+        if speed_mps < 0.0:
+            motion.gear[:] = Gear.REVERSE
         return cls(motion, reference, replace(VehicleParameters(), **parameters))
 
     def for_s(self, duration_s: float, ticks: int = 1, **given: float) -> Drive:
         """Drive on with some setpoints, some ticks at a time; the record starts anew."""
-        wanted, columns = setpoints(1, **given), parameter_columns(self.vehicle, 1)
+        wanted = setpoints(1, **{"gear_wanted": self.motion.gear[0], **given})
+        columns = parameter_columns(self.vehicle, 1)
         self.motion = self.motion._replace(travelled_m=np.zeros(1))
         self.motions, self.references = [self.motion], [self.reference]
         for _ in range(round(duration_s / CONTROL_TICK_S / ticks)):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.xgv_cosim.kernel.fleets import at_rest, driving, random_fleet, setpoints
 from xgv_cosim import kernel
-from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim.actuation import Gear, Lateral, Longitudinal
 from xgv_cosim.fleet import Motion, Reference
 from xgv_cosim.kernel.vehicle import vehicle_of
 from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
@@ -58,12 +58,19 @@ def test_a_step_may_be_cut_into_segments(seed: int) -> None:
 
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=40, deadline=None)
-def test_no_vehicle_ever_drives_backwards_or_leaves_its_ranges(seed: int) -> None:
-    fleet = random_fleet(np.random.default_rng(seed), 32)
-    motion, reference = fleet[:2]
+def test_no_vehicle_drives_backwards_in_a_forward_gear_on_level_road_or_leaves_its_ranges(seed: int) -> None:
+    motion, reference, wanted, parameters = random_fleet(np.random.default_rng(seed), 32)
+    level = (
+        (parameters.grade == 0.0)
+        & (motion.speed_mps >= 0.0)
+        & (motion.gear != Gear.REVERSE)
+        & (wanted.gear_wanted != Gear.REVERSE)
+    )
     for _ in range(5):
-        motion, reference = kernel.advance(motion, reference, *fleet[2:], 10)
-        assert (motion.speed_mps >= 0.0).all()
+        motion, reference = kernel.advance(motion, reference, wanted, parameters, 10)
+        assert (motion.speed_mps[level] >= 0.0).all()
+        assert (motion.gear <= max(Gear)).all()
+        assert ((motion.shift_s >= 0.0) & (motion.shift_s < 2.0)).all()
         assert ((motion.throttle >= 0.0) & (motion.throttle <= 1.0)).all()
         assert ((motion.brake >= 0.0) & (motion.brake <= 1.0)).all()
         assert all(np.isfinite(column).all() for column in (*motion, *reference))
@@ -73,8 +80,8 @@ def test_no_vehicle_ever_drives_backwards_or_leaves_its_ranges(seed: int) -> Non
 def test_a_vehicle_with_bad_numbers_spoils_no_other(value: float) -> None:
     motion, reference, wanted, parameters = random_fleet(np.random.default_rng(1), 12)
     undisturbed = kernel.advance(motion, reference, wanted, parameters, 10)
-    for part in (motion, reference, parameters, wanted._replace(longitudinal=motion.x_m, lateral=motion.x_m)):
-        for column in part:
+    for column in (*motion, *reference, *parameters, *wanted):
+        if column.dtype == np.float64:
             column[5] = value
     spoiled = kernel.advance(motion, reference, wanted, parameters, 10)
     others = np.arange(12) != 5
@@ -88,7 +95,13 @@ def test_a_vehicle_with_bad_numbers_spoils_no_other(value: float) -> None:
 def test_bad_setpoints_leave_the_vehicle_itself_finite(longitudinal: Longitudinal, lateral: Lateral) -> None:
     motion, reference = driving(10.0)
     wanted = setpoints(1, longitudinal=longitudinal, lateral=lateral)
-    wanted = wanted._replace(**{name: np.full(1, np.nan) for name in wanted._fields[2:]})
+    wanted = wanted._replace(
+        **{
+            name: np.full(1, np.nan)
+            for name, column in zip(wanted._fields, wanted, strict=True)
+            if column.dtype == np.float64
+        }
+    )
     parameters = parameter_columns(VehicleParameters(), 1)
     after, followed = kernel.advance(motion, reference, wanted, parameters, 50)
     assert all(np.isfinite(column).all() for column in (*after, *followed))

@@ -33,6 +33,12 @@ def test_resistance_never_turns_the_car_round(
         assert (after, accel, distance) == (0.0, 0.0, 0.0)
 
 
+@given(st.floats(-40.0, 40.0), st.floats(-5.0, 5.0), st.floats(0.0, 12.0), st.floats(1e-3, 0.2))
+def test_backwards_is_forwards_mirrored(speed: float, push: float, resistance: float, dt: float) -> None:
+    there = advance_speed(speed, push, resistance, dt)
+    assert advance_speed(-speed, -push, resistance, dt) == tuple(-value for value in there)
+
+
 def test_a_car_that_stops_within_a_tick_has_driven_v_squared_over_2a() -> None:
     speed, _, distance = advance_speed(0.05, 0.0, 8.0, 0.01)
     assert speed == 0.0
@@ -127,7 +133,7 @@ def test_a_leading_command_makes_the_pedal_as_fast_as_wanted() -> None:
 @given(st.floats(-10.0, 10.0))
 def test_the_friction_circle(along: float) -> None:
     grip = 0.85 * 9.81
-    lateral = max_lateral_accel_mps2(along, 0.85, 0.3)
+    lateral = max_lateral_accel_mps2(along, grip, 0.3)
     if abs(along) < 0.95 * grip:
         assert math.hypot(lateral, along) == pytest.approx(grip)
     else:
@@ -136,12 +142,12 @@ def test_the_friction_circle(along: float) -> None:
 
 def test_grip_caps_the_curvature_on_both_sides() -> None:
     for sign in (1.0, -1.0):
-        curvature = advance_curvature(sign * 0.1, sign * 0.1, 20.0, 0.0, 0.85, 0.3, 0.01, 0.01)
+        curvature = advance_curvature(sign * 0.1, sign * 0.1, 20.0, 0.0, 0.85 * 9.81, 0.3, 0.01, 0.01)
         assert curvature == pytest.approx(sign * 0.85 * 9.81 / 400.0)
 
 
 def test_maximum_braking_spends_what_the_bend_leaves_gkc_24() -> None:
     grip = 0.95 * 0.85 * 9.81
-    assert maximum_braking_share(0.0, 8.4, 0.85) == pytest.approx(grip / 8.4)
-    assert maximum_braking_share(5.0, 8.4, 0.85) == pytest.approx(math.sqrt(grip**2 - 25.0) / 8.4)
-    assert maximum_braking_share(20.0, 8.4, 0.85) == 0.0
+    assert maximum_braking_share(0.0, 8.4, 0.85 * 9.81) == pytest.approx(grip / 8.4)
+    assert maximum_braking_share(5.0, 8.4, 0.85 * 9.81) == pytest.approx(math.sqrt(grip**2 - 25.0) / 8.4)
+    assert maximum_braking_share(20.0, 8.4, 0.85 * 9.81) == 0.0

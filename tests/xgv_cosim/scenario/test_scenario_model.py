@@ -19,7 +19,7 @@ from xgv_cosim.scenario.model import ModeName, Scenario, json_schema
 from xgv_cosim.scenario.units import unit_words, without_unit
 from xgv_cosim.scenario.xgv_section import XgvSection
 from xgv_cosim.vehicles.xgv.modes import SafetyMode
-from xgv_cosim.vehicles.xgv.settings import BothClients, PauseSteering, XgvSettings
+from xgv_cosim.vehicles.xgv.settings import BothClients, ErrorLatch, Firmware, PauseSteering, XgvSettings
 
 
 @pytest.mark.parametrize("name", ["hello", "freeway_estop"])
@@ -127,6 +127,39 @@ def test_the_xgv_section_accepts_what_the_profile_accepts(
     try:
         expected = XgvSettings(
             decel_mps2, hold_brake, steering, both, timeout_s, allow_both, period_s, initialize_s
+        )
+    except ScenarioError:
+        with pytest.raises(ValidationError):
+            XgvSection.model_validate_json(json.dumps(data))
+    else:
+        assert XgvSection.model_validate_json(json.dumps(data)).settings() == expected
+
+
+@given(
+    timeout_s=LIMITS | st.sampled_from([3600.0, 3600.1]), latch=st.sampled_from(ErrorLatch),
+    firmware=st.sampled_from(Firmware), brake=st.lists(st.sampled_from([9101, 9109, 9178, 42]), max_size=3),
+    flags=st.tuples(st.booleans(), st.booleans(), st.booleans()),
+)  # fmt: skip
+def test_control_and_errors_accept_what_the_profile_accepts(timeout_s, latch, firmware, brake, flags):
+    """XGV-31, XGV-34, XGV-38, XGV-53, XGV-65, XGV-70: the keys of the endpoint."""
+    needs_control, allow_many, engine_off = flags
+    data = {
+        "control": {"controller_timeout_s": timeout_s},
+        "errors": {"latch": latch, "effect": {"brake": brake}},
+        "nonmotion": {"needs_control": needs_control},
+        "motion": {"allow_many": allow_many},
+        "disable": {"engine_off": engine_off},
+        "firmware": firmware,
+    }
+    try:
+        expected = XgvSettings(
+            controller_timeout_s=timeout_s,
+            errors_latch=latch,
+            errors_effect_brake=tuple(brake),
+            nonmotion_needs_control=needs_control,
+            motion_allow_many=allow_many,
+            disable_engine_off=engine_off,
+            firmware=firmware,
         )
     except ScenarioError:
         with pytest.raises(ValidationError):

@@ -134,6 +134,9 @@ def test_an_error_needs_a_code_and_nothing_else_takes_one(open_hello: Opener) ->
     assert (car.mode, car.reasons[0]) == ("software_pause", "error 9109 brake")
     car.inject("error", code=9109, begins=False)
     simulation.run_until(1.0)
+    assert car.mode == "software_pause"  # a hardware code stays until the operator clears it (XGV-38)
+    car.clear_errors()
+    simulation.run_until(1.5)
     assert car.mode == "drive_by_wire"
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from xgv_cosim.vehicles.base import Assumption
+from xgv_cosim.vehicles.xgv.control_readings import CONTROL_READINGS
+from xgv_cosim.vehicles.xgv.readings import SAFETY_READINGS
+from xgv_cosim.vehicles.xgv.readings import Reading as _Reading
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 
 _PAUSES = ("safety_mode:software_pause", "safety_mode:estop_pause")
@@ -14,18 +15,6 @@ _RELEASES = (
     "safety_mode:emergency_manual_override",
     "safety_mode:estop_disable",
 )
-
-
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """One open reading; ``key`` is its key in a scenario, ``setting`` the field of ``XgvSettings``."""
-
-    rule: str
-    evidence: str
-    text: str
-    facts: tuple[str, ...]
-    key: str = ""
-    setting: str = ""
 
 
 _READINGS = (
@@ -126,13 +115,6 @@ _READINGS = (
         setting="pause_decel_mps2",
     ),
     _Reading(
-        "XGV-37",
-        "D",
-        "Re-arming as the note says, literally: the mode follows devices, control and status, and"
-        " nothing latches; when a stop demand ends the car goes on by itself.",
-        ("rearmed",),
-    ),
-    _Reading(
         "XGV-38",
         "D",
         "Warnings and 9138 do not set the bit 'paused due to errors'; other errors do while they are raised.",
@@ -145,12 +127,6 @@ _READINGS = (
         ("partial_mode",),
         key="xgv.partial.allow_both",
         setting="partial_allow_both",
-    ),
-    _Reading(
-        "XGV-42",
-        "D",
-        "The SafeStop link is reported as good; the radio itself is not modelled in this version.",
-        ("bound",),
     ),
     _Reading(
         "XGV-43",
@@ -191,12 +167,6 @@ _READINGS = (
         (*_RELEASES, "partial_mode"),
     ),
     _Reading(
-        "XGV-65",
-        "D",
-        "A controller that falls silent keeps control in this version; its commands expire (XGV-43).",
-        ("injection:cmd_loss",),
-    ),
-    _Reading(
         "XGV-70",
         "D",
         "Before the first accepted command the car stops and holds; a change of control mode or "
@@ -228,5 +198,7 @@ def ledger(settings: XgvSettings) -> tuple[Assumption, ...]:
             reading.text,
             reading.facts,
         )
-        for reading in _READINGS
+        for reading in sorted(
+            (*_READINGS, *CONTROL_READINGS, *SAFETY_READINGS), key=lambda reading: reading.rule
+        )
     )

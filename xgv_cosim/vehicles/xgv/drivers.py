@@ -2,7 +2,7 @@
 
 The Motion Profile Driver (MPD), once controlled, wants the Primitive Driver (PD) for itself: it asks
 with its controller's authority, at once and then periodically, and gives the PD back when it loses its
-own controller (XGV-17, XGV-19).
+own controller (XGV-17, XGV-19). A controller that falls silent loses control (XGV-65).
 """
 
 from __future__ import annotations
@@ -24,13 +24,16 @@ from jaus.component import (
 from jaus.errors import LocalProtocolError
 from xgv_cosim.endpoint import (
     CommandStatus,
+    ControlPreempted,
     EndpointChanged,
     EndpointEvent,
     MessageRefused,
     ReleaseControl,
     RequestControl,
+    SetAuthority,
 )
 from xgv_cosim.vehicles.xgv.reasons import COMPONENT_NAMES, holder_name
+from xgv_cosim.vehicles.xgv.silence import SilenceWatch
 
 _ROUNDING_S = 1e-9
 """Deadlines are sums of floats; one this near is due."""
@@ -43,9 +46,16 @@ class Drivers:
         subsystem: Subsystem number of their JAUS addresses.
         request_period_s: Time between two requests of the MPD for the PD (XGV-19).
         initialize_s: Time from Reset to standby.
+        controller_timeout_s: Silence after which a controller loses control, 0: never (XGV-65).
     """
 
-    def __init__(self, subsystem: int, request_period_s: float, initialize_s: float) -> None:
+    def __init__(
+        self,
+        subsystem: int,
+        request_period_s: float,
+        initialize_s: float,
+        controller_timeout_s: float = 0.0,
+    ) -> None:
         self._request_period_s = request_period_s
         self._initialize_s = initialize_s
         self.primitive = Component(
@@ -62,11 +72,25 @@ class Drivers:
         """When the MPD asks for the PD next."""
         self._initialized_s: dict[ComponentId, float] = {}
         """When a component that was reset goes to standby."""
+        self.resume_refusal = ""
+        """Why Resume is refused, empty if it is not (XGV-37)."""
+        self._silence = SilenceWatch(controller_timeout_s)
+        self.loss = ""
+        """Who lost control for another reason than a release, until somebody gets control anew."""
 
     @property
     def next_deadline_s(self) -> float:
         """Return when ``handle_deadline`` is due, ``inf`` for never."""
-        return min((self._ask_s, *self._initialized_s.values()))
+        return min((self._ask_s, self._silence.next_deadline_s, *self._initialized_s.values()))
+
+    def heard(self, sender: JausAddress, now_s: float) -> None:
+        """Take note of traffic of any kind (XGV-65)."""
+        self._silence.heard(sender, now_s)
+        self._silence.keep(self._clients)
+
+    def standing(self, sender: JausAddress) -> Standing:
+        """Return how ``sender`` stands to the Primitive Driver."""
+        return self.primitive.standing_of(sender, deputy=self._deputy_of(self.primitive))
 
     def holder_name(self, controller: JausAddress | None) -> str:
         """Return who ``controller`` is, in words."""
@@ -109,6 +133,29 @@ class Drivers:
             outcomes, component, now_s
         )
 
+    def set_authority(self, message: SetAuthority, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
+        """Take Set Component Authority of the controller; the MPD tells the PD the same (XGV-19, XGV-20)."""
+        component = self.by_id.get(message.component)
+        if component is None:
+            return [_refuse_component(message, message.component)]
+        if component.controller != sender:
+            holder = self.holder_name(component.controller)
+            name = COMPONENT_NAMES[message.component]
+            return [MessageRefused(message, f"{holder} controls the {name}, not {sender}")]
+        try:
+            outcomes = component.set_authority(sender, message.authority)
+        except LocalProtocolError as error:
+            return [MessageRefused(message, str(error))]
+        if component is self.profile:
+            self.primitive.set_authority(self.profile.address, message.authority)
+            return self._follow(outcomes, component, now_s)
+        return []
+
+    def fail(self, component_id: ComponentId, reason: str) -> list[EndpointEvent]:
+        """Put a component into failure; Reset leads out of it (XGV-21)."""
+        self._initialized_s.pop(component_id, None)
+        return _status_events(component_id, self.by_id[component_id].fail(), reason)
+
     def command_status(
         self, message: CommandStatus, sender: JausAddress, now_s: float
     ) -> list[EndpointEvent]:
@@ -119,17 +166,30 @@ class Drivers:
         name = COMPONENT_NAMES[message.component]
         command = message.command.name.lower().replace("_", " ")
         status = component.status
+        if message.command is StatusCommand.RESUME and self.resume_refusal:
+            return [MessageRefused(message, self.resume_refusal)]
         outcomes = component.command_status(message.command, sender, deputy=self._deputy_of(component))
         if any(isinstance(outcome, StatusCommandRefused) for outcome in outcomes):
             return [MessageRefused(message, self._why_not_permitted(component, name, command, sender))]
         if message.command is StatusCommand.RESET:
-            self._initialized_s[message.component] = now_s + self._initialize_s
+            # A repeat does not begin anew: clients repeat until they see what they want.
+            self._initialized_s.setdefault(message.component, now_s + self._initialize_s)
         elif component.status is not ComponentStatus.INITIALIZE:
             self._initialized_s.pop(message.component, None)
         if message.command is StatusCommand.RESUME and component.status is not ComponentStatus.READY:
             reason = f"resume acts in standby only; the {name} is in {status.name.lower()}"
             return [MessageRefused(message, reason)]
         return _status_events(message.component, outcomes, f"{command} from {sender}")
+
+    def stand_by(self, reason: str) -> list[EndpointEvent]:
+        """Set the drivers that are ready to standby (XGV-37)."""
+        events: list[EndpointEvent] = []
+        for component_id, component in self.by_id.items():
+            sender = component.controller or component.address
+            if component.status is ComponentStatus.READY:
+                outcomes = component.command_status(StatusCommand.STANDBY, sender)
+                events += _status_events(component_id, outcomes, reason)
+        return events
 
     def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
         """End initialisations that are due, and let the MPD ask for the PD again (XGV-19)."""
@@ -139,8 +199,29 @@ class Drivers:
                 del self._initialized_s[component_id]
                 outcomes = self.by_id[component_id].finish_initialization()
                 events += _status_events(component_id, outcomes, "initialised")
+        for silent in self._silence.silent(now_s):
+            events += self._take_control_from(silent, now_s)
         if self._ask_s <= now_s + _ROUNDING_S:
             events += self._ask_for_primitive(now_s)
+        self._silence.keep(self._clients)
+        return events
+
+    @property
+    def _clients(self) -> set[JausAddress]:
+        """Return who controls a driver from outside."""
+        holders = {self.primitive.controller, self.profile.controller} - {self.profile.address}
+        return {holder for holder in holders if holder is not None}
+
+    def _take_control_from(self, controller: JausAddress, now_s: float) -> list[EndpointEvent]:
+        """End the control of one who has fallen silent, over both drivers (XGV-65)."""
+        reason = f"{controller} was silent for {self._silence.timeout_s:g} s and lost control"
+        events: list[EndpointEvent] = []
+        for component_id in (ComponentId.MOTION_PROFILE_DRIVER, ComponentId.PRIMITIVE_DRIVER):
+            component = self.by_id[component_id]
+            outcomes = component.release_control(controller)
+            events += self._control_events(component_id, outcomes, reason)
+            events += self._follow(outcomes, component, now_s)
+        self.loss = reason
         return events
 
     def _deputy_of(self, component: Component) -> JausAddress | None:
@@ -160,8 +241,10 @@ class Drivers:
         self, outcomes: list[ControlOutcome], component: Component, now_s: float
     ) -> list[EndpointEvent]:
         """Let the MPD draw the consequences of a change of control."""
-        if not any(isinstance(outcome, ControlChanged) for outcome in outcomes):
+        changes = [outcome for outcome in outcomes if isinstance(outcome, ControlChanged)]
+        if not changes:
             return []
+        self.loss = ""
         if component is self.profile:
             if self.profile.control is not None:
                 return self._ask_for_primitive(now_s)
@@ -208,11 +291,18 @@ class Drivers:
                 events.append(
                     EndpointChanged("component_control", f"{name}: {before}", f"{name}: {after}", (reason,))
                 )
+                if outcome.before is not None and outcome.after is not None and not self._is_own(outcome):
+                    events.append(ControlPreempted(f"{name}: {before}", f"{name}: {after}", (reason,)))
         return events
+
+    def _is_own(self, change: ControlChanged) -> bool:
+        """Return whether the MPD's controller takes the PD from the MPD: the same client as before."""
+        mpd_had_it = change.before is not None and change.before.controller == self.profile.address
+        return mpd_had_it and change.after is not None and change.after.controller == self.profile.controller
 
 
 def _refuse_component(
-    message: RequestControl | ReleaseControl | CommandStatus, component: ComponentId
+    message: RequestControl | ReleaseControl | CommandStatus | SetAuthority, component: ComponentId
 ) -> MessageRefused:
     return MessageRefused(
         message,

@@ -10,33 +10,39 @@ from typing import assert_never
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import Component, ComponentStatus
-from xgv_cosim.commands import MotionProfile, WrenchEffort
+from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, WrenchEffort
 from xgv_cosim.endpoint import (
-    CommandAccepted,
-    CommandDropped,
     CommandStatus,
+    DevicesCommanded,
     EndpointChanged,
     EndpointEvent,
     MessageRefused,
     ReleaseControl,
     RequestControl,
+    SetAuthority,
     StackMessage,
 )
-from xgv_cosim.errors import ScenarioError
+from xgv_cosim.vehicles.xgv.auxiliaries import Auxiliaries
 from xgv_cosim.vehicles.xgv.drivers import Drivers
 from xgv_cosim.vehicles.xgv.errors import (
     COMMAND_TIMEOUTS,
-    ERRORS,
+    CONTROLLER_FAILED,
     MOTION_PROFILES_TIMEOUT,
     WRENCH_EFFORTS_TIMEOUT,
 )
+from xgv_cosim.vehicles.xgv.faults import Faults, warnings_of
 from xgv_cosim.vehicles.xgv.modes import (
     ERRORS_DETECTED,
+    PARTIAL_MODE_ACTS_IN,
+    PAUSES,
     ControlMode,
     ReadyMode,
+    SafetyMode,
+    is_software_ready,
     resolve_control_mode,
     resolve_ready_mode,
 )
+from xgv_cosim.vehicles.xgv.motion import CommandInForce, MotionCommand, motion_fault
 from xgv_cosim.vehicles.xgv.reasons import (
     COMPONENT_NAMES,
     control_mode_reason,
@@ -45,14 +51,6 @@ from xgv_cosim.vehicles.xgv.reasons import (
     safety_mode_reasons,
 )
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
-
-MOTION_PROFILE_RANGES = (
-    ("speed_mps", -65.535, 65.535),
-    ("max_accel_mps2", 0.0, 100.0),
-    ("max_curvature_rate_per_m_s", 0.0, 10.0),
-    ("duration_s", 0.0, 65.535),
-)
-"""What Set Motion Profile can carry (XGV-58); a value outside is not valid on any link."""
 
 
 class XgvEndpoint:
@@ -65,10 +63,17 @@ class XgvEndpoint:
 
     def __init__(self, settings: XgvSettings, subsystem: int = 1) -> None:
         self._settings = settings
-        self._drivers = Drivers(subsystem, settings.mpd_request_period_s, settings.initialize_s)
-        self._command: MotionProfile | WrenchEffort | None = None
-        self._commander: JausAddress | None = None
-        self._errors: set[int] = set()
+        self._drivers = Drivers(
+            subsystem,
+            settings.mpd_request_period_s,
+            settings.initialize_s,
+            settings.controller_timeout_s,
+        )
+        self._motion = CommandInForce(settings.wrench_timeout_s)
+        self._faults = Faults(settings.errors_latch, settings.error_effects)
+        self._safety_mode = SafetyMode.SOFTWARE_PAUSE
+        self._safety_devices = 0
+        self._auxiliaries = Auxiliaries(needs_control=settings.nonmotion_needs_control)
         self._control_mode = self._resolve_control_mode()
         self._ready_mode = self._resolve_ready_mode()
 
@@ -85,12 +90,22 @@ class XgvEndpoint:
     @property
     def device_bits(self) -> int:
         """Return bit 7, "paused due to errors", if an error that pauses is raised (XGV-38)."""
-        return ERRORS_DETECTED if any(ERRORS[code].pauses for code in self._errors) else 0
+        return ERRORS_DETECTED if self._faults.pauses else 0
+
+    @property
+    def lost_functions(self) -> int:
+        """Return bits of ``actuation.LostFunction``: what the errors in force take away (XGV-38)."""
+        return self._faults.lost_functions
 
     @property
     def errors(self) -> frozenset[int]:
         """Return the codes that are raised, warnings included."""
-        return frozenset(self._errors)
+        return self._faults.codes
+
+    @property
+    def signals(self) -> Signals:
+        """Return lights and horn as the computer has them (XGV-11)."""
+        return self._auxiliaries.signals
 
     @property
     def component_status(self) -> dict[ComponentId, ComponentStatus]:
@@ -103,8 +118,16 @@ class XgvEndpoint:
         return {name: component.controller for name, component in self._drivers.by_id.items()}
 
     @property
+    def component_authority(self) -> dict[ComponentId, int]:
+        """Return the authority with which both drivers are controlled, 0 for nobody (XGV-20)."""
+        return {
+            name: 0 if component.control is None else component.control.authority
+            for name, component in self._drivers.by_id.items()
+        }
+
+    @property
     def next_deadline_s(self) -> float:
-        """Return when the MPD's next request or the end of an initialisation is due."""
+        """Return when a request of the MPD, the end of an initialisation or of a silence is due."""
         return self._drivers.next_deadline_s
 
     def receive(self, message: StackMessage, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
@@ -113,82 +136,135 @@ class XgvEndpoint:
         "Accepted" means that the sender controls the component, the message fits the control mode and
         its values are valid, whatever the safety mode (cross-profile rules).
         """
+        if self._safety_mode is SafetyMode.INACTIVE:
+            return [MessageRefused(message, "the system is not active (XGV-32)")]
+        if sender in {component.address for component in self._drivers.by_id.values()}:
+            return [MessageRefused(message, f"{sender} is a component of this car, nobody outside (XGV-65)")]
+        events = self._handle(message, sender, now_s)
+        self._drivers.heard(sender, now_s)
+        return events
+
+    def _handle(self, message: StackMessage, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
         match message:
             case RequestControl():
                 events = self._drivers.request_control(message, sender, now_s)
             case ReleaseControl():
                 events = self._drivers.release_control(message, sender, now_s)
+            case SetAuthority():
+                events = self._drivers.set_authority(message, sender, now_s)
             case CommandStatus():
                 events = self._drivers.command_status(message, sender, now_s)
-            case MotionProfile() | WrenchEffort():
+            case MotionProfile() | MotionQueue() | WrenchEffort():
                 return self._take_command(message, sender, now_s)
+            case DiscreteDevices():
+                standing = self._drivers.standing(sender)
+                return self._auxiliaries.take_devices(
+                    message, self._safety_mode, self._control_mode, standing
+                )
+            case Signals():
+                return self._auxiliaries.take_signals(message, self._safety_mode, sender)
             case _:
                 assert_never(message)
         return events + self._enter_modes()
 
+    def heard(self, sender: JausAddress, now_s: float) -> None:
+        """Take note of traffic that is no message for the endpoint (XGV-65)."""
+        self._drivers.heard(sender, now_s)
+
+    def safety_mode_entered(self, code: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
+        """Take note of the safety mode now in force.
+
+        A pause drops the motions that wait, an override or a disable also the one in force (XGV-70): in
+        a pause it goes on steering (XGV-33). Where the human has all systems, the computer's signals
+        are off (XGV-13, XGV-31). A disable may switch the engine off (XGV-31).
+        """
+        self._safety_mode = mode = SafetyMode(code)
+        events: list[EndpointEvent] = []
+        words = mode.name.lower().replace("_", " ")
+        if mode in PAUSES and self._motion.num_waiting:
+            waiting = f"{self._motion.drop_waiting()} waiting"
+            events.append(EndpointChanged("motion_queue", waiting, "0 waiting", (f"dropped by {words}",)))
+        if mode not in PARTIAL_MODE_ACTS_IN:
+            if isinstance(self._motion.command, MotionProfile):
+                events += self._motion.drop(f"dropped by {words}")
+            events += self._auxiliaries.release(mode)
+        if mode is SafetyMode.ESTOP_DISABLE and self._settings.disable_engine_off:
+            events.append(DevicesCommanded(engine_on=False))
+        return events + self._show_warnings()
+
+    def devices_changed(self, safety_devices: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
+        """Take note of the safety devices now in force; only warnings come of it (XGV-38)."""
+        self._safety_devices = safety_devices
+        return self._show_warnings()
+
     def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
-        """Let the MPD ask for the PD again (XGV-19), and let initialisations end."""
+        """Let the MPD ask for the PD again (XGV-19), initialisations end and the silent go (XGV-65)."""
         return self._drivers.handle_deadline(now_s) + self._enter_modes()
 
     def command_expired(self, now_s: float) -> list[EndpointEvent]:
-        """Raise 9157 or 9158, by the kind of the command that has ended (XGV-43)."""
-        if self._command is None:
+        """Go on to the next motion; without one raise 9157 or 9158, by the kind that has ended (XGV-43)."""
+        ended = self._motion.command
+        if ended is None:
             return []
-        is_motion = isinstance(self._command, MotionProfile)
-        self._command = None
-        return self.raise_error(MOTION_PROFILES_TIMEOUT if is_motion else WRENCH_EFFORTS_TIMEOUT, now_s)
+        successor = self._motion.advance(now_s)
+        if successor is not None:
+            return [successor]
+        return self._faults.raise_code(_timeout_of(ended))
 
     def raise_error(self, code: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
         """Raise an error or a warning (XGV-38); a repeat has no effect.
 
+        With the error of its own controllers the Motion Profile Driver goes to failure (XGV-21).
+
         Raises:
             ScenarioError: The XGV has no such code.
         """
-        if code not in ERRORS:
-            known = ", ".join(map(str, sorted(ERRORS)))
-            raise ScenarioError(f"error code: got {code!r}, expected one that the XGV has: {known}")
-        if code in self._errors:
-            return []
-        self._errors.add(code)
-        return [EndpointChanged("error", "", str(code), (ERRORS[code].label,))]
+        events = self._faults.raise_code(code)
+        if code == CONTROLLER_FAILED and events:
+            events += self._drivers.fail(ComponentId.MOTION_PROFILE_DRIVER, "its controllers failed")
+        return events + self._enter_modes()
 
     def clear_error(self, code: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
-        """Clear an error or a warning; one that is not raised stays so."""
-        if code not in self._errors:
-            return []
-        self._errors.remove(code)
-        return [EndpointChanged("error", str(code), "", (f"{ERRORS[code].label} cleared",))]
+        """Take note that the cause of an error is gone; a latched error stays (XGV-38)."""
+        return self._faults.end_cause(code)
+
+    def clear_errors(self, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
+        """Clear what is latched and whose cause is gone: the operator's verb (XGV-38)."""
+        return self._faults.clear_latched()
+
+    def refuse_resume(self, reason: str) -> None:
+        """Refuse Resume for ``reason`` from now on, or allow it again (XGV-37)."""
+        self._drivers.resume_refusal = reason
+
+    def stand_by(self, reason: str, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
+        """Set the drivers that are ready to standby (XGV-37)."""
+        return self._drivers.stand_by(reason) + self._enter_modes()
 
     def reasons(self, safety_devices: int) -> tuple[str, ...]:
         """Return why the safety mode is what it is, strongest cause first."""
         return safety_mode_reasons(
             safety_devices,
-            self._errors,
+            self._faults.codes,
             self._control_mode,
             self._ready_mode,
             self._drivers.primitive,
             self._drivers.profile,
+            self._drivers.loss,
         )
 
-    def _take_command(
-        self, command: MotionProfile | WrenchEffort, sender: JausAddress, now_s: float
-    ) -> list[EndpointEvent]:
-        """Accept or refuse a motion command; it replaces the one in force (XGV-10, XGV-16)."""
-        if isinstance(command, MotionProfile):
-            target, mode = self._drivers.profile, ControlMode.MOTION_PROFILES
-            expires_s = now_s + command.duration_s
-            fault = _motion_fault(command)
+    def _take_command(self, command: MotionCommand, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
+        """Accept or refuse a motion command; it replaces those before (XGV-10, XGV-16, XGV-70)."""
+        if isinstance(command, WrenchEffort):
+            target, mode, fault = self._drivers.primitive, ControlMode.WRENCH_EFFORTS, ""
         else:
-            target, mode = self._drivers.primitive, ControlMode.WRENCH_EFFORTS
-            expires_s = now_s + self._settings.wrench_timeout_s
-            fault = ""
+            target, mode = self._drivers.profile, ControlMode.MOTION_PROFILES
+            fault = motion_fault(command, allow_many=self._settings.motion_allow_many)
         reason = self._why_refused(target, mode, sender) or fault
         if reason:
             return [MessageRefused(command, reason)]
-        self._command, self._commander = command, sender
-        events: list[EndpointEvent] = [CommandAccepted(command, expires_s)]
-        for code in sorted(COMMAND_TIMEOUTS & self._errors):
-            events += self.clear_error(code, now_s)
+        events: list[EndpointEvent] = [self._motion.take(command, sender, now_s)]
+        for code in sorted(COMMAND_TIMEOUTS & self._faults.codes):
+            events += self._faults.end_cause(code)
         return events
 
     def _why_refused(self, target: Component, mode: ControlMode, sender: JausAddress) -> str:
@@ -222,14 +298,16 @@ class XgvEndpoint:
         events: list[EndpointEvent] = []
         before, self._control_mode = self._control_mode, self._resolve_control_mode()
         why = control_mode_reason(self._control_mode, primitive, profile)
+        if self._control_mode is ControlMode.SOFTWARE_PAUSE and self._drivers.loss:
+            why = f"{why}: {self._drivers.loss}"
         if self._control_mode is not before:
             change = f"control mode changed from {mode_name(before)} to {mode_name(self._control_mode)}"
-            events += self._drop_command(f"{change}: {why}")
+            events += self._motion.drop(f"{change}: {why}")
             events.append(
                 EndpointChanged("control_mode", before.name.lower(), self._control_mode.name.lower(), (why,))
             )
-        elif self._commander not in {primitive.controller, profile.controller}:
-            events += self._drop_command(f"{self._commander} lost control: {why}")
+        elif self._motion.commander not in {primitive.controller, profile.controller}:
+            events += self._preempt(why)
         was, self._ready_mode = self._ready_mode, self._resolve_ready_mode()
         if self._ready_mode is not was:
             reasons = ready_mode_reasons(self._control_mode, primitive, profile) or (
@@ -238,21 +316,26 @@ class XgvEndpoint:
             events.append(
                 EndpointChanged("ready_mode", was.name.lower(), self._ready_mode.name.lower(), reasons)
             )
+        return events + self._show_warnings()
+
+    def _preempt(self, why: str) -> list[EndpointEvent]:
+        """Drop the command of one who lost control to another in the same control mode (XGV-66).
+
+        Nothing of his is executed any more, so his command has ended without a successor: software
+        pause by 9157 or 9158, until the new controller's first command (XGV-43).
+        """
+        ended, loser = self._motion.command, self._motion.commander
+        events = self._motion.drop(f"{loser} lost control: {why}")
+        if ended is not None:
+            events += self._faults.raise_code(_timeout_of(ended), f"{loser} was preempted: {why}")
         return events
 
-    def _drop_command(self, reason: str) -> list[EndpointEvent]:
-        if self._command is None:
-            return []
-        self._command = None
-        return [CommandDropped(reason)]
+    def _show_warnings(self) -> list[EndpointEvent]:
+        ready = is_software_ready(self._control_mode, self._ready_mode)
+        return self._faults.show_warnings(
+            warnings_of(self._safety_mode, self._safety_devices, software_ready=ready)
+        )
 
 
-def _motion_fault(command: MotionProfile) -> str:
-    """Return which value Set Motion Profile cannot carry, empty if it can carry all."""
-    for name, lower, upper in MOTION_PROFILE_RANGES:
-        value = getattr(command, name)
-        if not lower <= value <= upper:
-            return f"MotionProfile.{name}: got {value!r}, expected {lower:g} to {upper:g}"
-    if command.speed_mps < 0.0:
-        return f"MotionProfile.speed_mps: got {command.speed_mps!r}; this version emulates forward gears only"
-    return ""
+def _timeout_of(command: MotionProfile | WrenchEffort) -> int:
+    return MOTION_PROFILES_TIMEOUT if isinstance(command, MotionProfile) else WRENCH_EFFORTS_TIMEOUT

@@ -15,6 +15,13 @@ WRENCH_EFFORTS_TIMEOUT = 9158
 """Wrench efforts stopped coming (XGV-43)."""
 COMMAND_TIMEOUTS = frozenset({MOTION_PROFILES_TIMEOUT, WRENCH_EFFORTS_TIMEOUT})
 """Errors that a freshly accepted command clears (XGV-43)."""
+CONTROLLER_FAILED = 9156
+"""Module communication: the nearest code to a car whose own controllers yield no valid numbers."""
+ESTOP_DISABLE_WARNING = 9143
+ESTOP_PAUSE_WARNING = 9144
+DOOR_WARNING = 9176
+STEERING_WARNING = 9177
+NOT_READY_WARNING = 9178
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +36,11 @@ class XgvError:
     def pauses(self) -> bool:
         """Return whether it sets bit 7, "paused due to errors"; warnings and 9138 do not (XGV-38)."""
         return not self.is_warning and self.code != SAFESTOP_LINK_LOSS
+
+    @property
+    def is_hardware(self) -> bool:
+        """Return whether it is a fault of the car itself, which ``xgv.errors.latch`` keeps (XGV-38)."""
+        return self.pauses and self.code not in COMMAND_TIMEOUTS
 
     @property
     def label(self) -> str:
@@ -58,7 +70,7 @@ _ERROR_TEXTS = {
     9149: "devices communication",
     9150: "horn",
     9153: "lights",
-    9156: "module communication",
+    CONTROLLER_FAILED: "module communication",
     MOTION_PROFILES_TIMEOUT: "motion profiles timeout",
     WRENCH_EFFORTS_TIMEOUT: "wrench efforts timeout",
     9159: "controller's own CAN bus",
@@ -70,12 +82,12 @@ _ERROR_TEXTS = {
     9165: "reset to defaults failed",
 }
 _WARNING_TEXTS = {
-    9143: "e-stop disable",
-    9144: "e-stop pause",
+    ESTOP_DISABLE_WARNING: "e-stop disable",
+    ESTOP_PAUSE_WARNING: "e-stop pause",
     9175: "parking brake",
-    9176: "door open",
-    9177: "steering not initialised",
-    9178: "not ready to run",
+    DOOR_WARNING: "door open",
+    STEERING_WARNING: "steering not initialised",
+    NOT_READY_WARNING: "not ready to run",
     9179: "restarting",
     9180: "updating firmware",
 }
@@ -85,3 +97,9 @@ ERRORS: Mapping[int, XgvError] = MappingProxyType(
     | {code: XgvError(code, text, is_warning=True) for code, text in _WARNING_TEXTS.items()}
 )
 """Every known code."""
+
+
+def near_codes(code: int, count: int = 3) -> str:
+    """Return the known codes nearest to an unknown one, each with its text."""
+    nearest = sorted(ERRORS, key=lambda known: (abs(known - code), known))[:count]
+    return ", ".join(f"{known} {ERRORS[known].text}" for known in sorted(nearest))

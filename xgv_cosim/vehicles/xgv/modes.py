@@ -30,6 +30,8 @@ ERRORS_DETECTED = 1 << 7
 EMERGENCY_OVERRIDE_ENGAGED = 1 << 8
 STEERING_UNINITIALISED = 1 << 9
 STEERING_AWAITS_USER = 1 << 10
+STEERING_NOT_READY = STEERING_UNINITIALISED | STEERING_AWAITS_USER
+"""Either bit: the wheel is not under control, since 0 means "initialized" for both (XGV-69)."""
 DEVICE_WORDS = 1 << 11
 """Number of values of the device word; bits 11 to 15 are reserved."""
 
@@ -149,9 +151,7 @@ def resolve_safety_mode(devices: int, *, software_ready: bool, active: bool = Tr
     if not active:
         return SafetyMode.INACTIVE
     asked_for = [SafetyMode.DRIVE_BY_WIRE]
-    if not software_ready or devices & (
-        DOOR_OPEN | ERRORS_DETECTED | STEERING_UNINITIALISED | STEERING_AWAITS_USER
-    ):
+    if not software_ready or devices & (DOOR_OPEN | ERRORS_DETECTED | STEERING_NOT_READY):
         asked_for.append(SafetyMode.SOFTWARE_PAUSE)
     if devices & SAFESTOP_PAUSE:
         asked_for.append(SafetyMode.ESTOP_PAUSE)

@@ -3,40 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 from xgv_cosim.actuation import Driver
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.injection import InjectionKind
-from xgv_cosim.vehicles.base import Assumption, InjectionEffect, ModeInputs, Resolution, StopSettings
-from xgv_cosim.vehicles.xgv import modes, tables
-from xgv_cosim.vehicles.xgv.assumptions import ledger
-from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
-from xgv_cosim.vehicles.xgv.errors import ERRORS
-from xgv_cosim.vehicles.xgv.settings import PauseSteering, XgvSettings
-
-EFFECTS: Mapping[InjectionKind, InjectionEffect] = MappingProxyType(
-    {
-        InjectionKind.ESTOP_PAUSE: InjectionEffect(device_bits=modes.SAFESTOP_PAUSE),
-        InjectionKind.ESTOP_DISABLE: InjectionEffect(device_bits=modes.SAFESTOP_STOP),
-        InjectionKind.ESTOP_BUTTON: InjectionEffect(device_bits=modes.ESTOP_BUTTON),
-        InjectionKind.OVERRIDE: InjectionEffect(device_bits=modes.MANUAL_OVERRIDE_ENGAGED),
-        InjectionKind.EMO: InjectionEffect(device_bits=modes.EMERGENCY_OVERRIDE_ENGAGED),
-        InjectionKind.DOOR: InjectionEffect(device_bits=modes.DOOR_OPEN),
-        InjectionKind.ERROR: InjectionEffect(raises_error=True),
-        InjectionKind.CMD_LOSS: InjectionEffect(blocks_link=True),
-    }
+from xgv_cosim.vehicles.base import (
+    Assumption,
+    InjectionEffect,
+    ModeInputs,
+    Resolution,
+    StopSettings,
+    VehicleModeReport,
 )
-"""What each injection does to an XGV (XGV-52, cross-profile rules); the other kinds are unsupported."""
+from xgv_cosim.vehicles.xgv import modes, reports, tables
+from xgv_cosim.vehicles.xgv.assumptions import ledger
+from xgv_cosim.vehicles.xgv.devices import EFFECTS, XgvDevices
+from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
+from xgv_cosim.vehicles.xgv.errors import CONTROLLER_FAILED, ERRORS
+from xgv_cosim.vehicles.xgv.settings import PauseSteering, XgvSettings
 
 BOTH_MANUAL = modes.MANUAL_STEERING | modes.MANUAL_SPEED
 
 
 class XgvProfile:
-    """One group of XGVs with the same settings. Implements ``vehicles.base.VehicleProfile``."""
+    """One group of XGVs with the same settings. Implements ``vehicles.base.VehicleProfile``.
 
-    def __init__(self, settings: XgvSettings | None = None) -> None:
+    Args:
+        settings: Settings of the group.
+        seed: Seed of the run; which frames of the SafeStop's radio are lost follows from it.
+    """
+
+    def __init__(self, settings: XgvSettings | None = None, seed: int = 1) -> None:
         self.settings = XgvSettings() if settings is None else settings
+        self.seed = seed
 
     @property
     def name(self) -> str:
@@ -54,26 +53,53 @@ class XgvProfile:
         return modes.LINK_GOOD
 
     @property
+    def hardware_override_bits(self) -> int:
+        """Return bit 8: only the emergency manual override acts without the controller (XGV-30, XGV-67)."""
+        return modes.EMERGENCY_OVERRIDE_ENGAGED
+
+    @property
     def stop_settings(self) -> StopSettings:
         """Return how both pauses stop the car (XGV-33, XGV-35, XGV-36)."""
         return StopSettings(
             decel_mps2=self.settings.pause_decel_mps2,
             hold_brake=self.settings.pause_hold_brake,
             centres_without_command=self.settings.pause_no_command_steering is PauseSteering.CENTRE,
+            brake_needs_engine=self.settings.engine_brake_assist_lost,
         )
 
     @property
     def controller_failure_code(self) -> int:
         """Return 9156, module communication: the nearest code to a controller without valid numbers."""
-        return 9156
+        return CONTROLLER_FAILED
 
     def new_endpoint(self, vehicle_id: str, now_s: float) -> XgvEndpoint:  # noqa: ARG002 - the protocol's
         """Return the endpoint of a car that was just bound: nobody in control, both drivers in standby."""
         return XgvEndpoint(self.settings)
 
+    def new_devices(self, vehicle_id: str, now_s: float) -> XgvDevices:
+        """Return the safety devices of a car to which nothing happens."""
+        return XgvDevices(self.settings, f"{self.seed}/{vehicle_id}", now_s)
+
     def resolve(self, inputs: ModeInputs) -> Resolution:
         """Return safety mode and axis control of all slots by table look-up."""
         return tables.resolve(inputs, self.settings.pause_no_command_steering)
+
+    def vehicle_mode_report(
+        self, control_mode: int, ready_mode: int, safety_mode: int, partial_mode: int, safety_devices: int
+    ) -> VehicleModeReport | None:
+        """Return the fields of Report Vehicle Mode, None where the firmware lacks it (XGV-45, XGV-53)."""
+        return reports.vehicle_mode_report(
+            control_mode,
+            ready_mode,
+            safety_mode,
+            partial_mode,
+            safety_devices,
+            firmware=self.settings.firmware,
+        )
+
+    def secondary_status(self, partial_mode: int, safety_devices: int) -> int:
+        """Return the secondary status of both drivers (XGV-46)."""
+        return reports.secondary_status(partial_mode, safety_devices)
 
     def safety_mode_name(self, code: int) -> str:
         """Return for example ``estop_pause``; the reserved codes 3 to 7 are software pause too (XGV-50).

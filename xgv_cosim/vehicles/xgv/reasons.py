@@ -103,8 +103,12 @@ def safety_mode_reasons(
     ready_mode: ReadyMode,
     primitive_driver: Component,
     profile_driver: Component,
+    loss: str = "",
 ) -> tuple[str, ...]:
-    """Return everything that speaks against drive-by-wire, strongest first (figure B)."""
+    """Return everything that speaks against drive-by-wire, strongest first (figure B).
+
+    ``loss`` says who lost control and why, if it was not by a release (XGV-65).
+    """
     reasons = [text for bit, text in _DEVICE_REASONS if devices & bit]
     if devices & ERRORS_DETECTED:
         pausing = [ERRORS[code].label for code in sorted(errors) if ERRORS[code].pauses]
@@ -112,6 +116,7 @@ def safety_mode_reasons(
     reasons += [text for bit, text in _STEERING_REASONS if devices & bit]
     if control_mode is ControlMode.SOFTWARE_PAUSE:
         why = control_mode_reason(control_mode, primitive_driver, profile_driver)
+        why = f"{why}: {loss}" if loss else why
         reasons.append(f"control mode software pause: {why}")
     elif ready_mode is ReadyMode.SOFTWARE_PAUSE:
         why = ", ".join(ready_mode_reasons(control_mode, primitive_driver, profile_driver))

@@ -14,7 +14,8 @@ from xgv_cosim.vehicles.xgv.modes import (
     DEVICE_WORDS,
     MANUAL_SPEED,
     MANUAL_STEERING,
-    STEERING_UNINITIALISED,
+    PAUSES,
+    STEERING_NOT_READY,
     ControlMode,
     ReadyMode,
     SafetyMode,
@@ -78,8 +79,10 @@ AXIS_TABLES = {steering: _build_axis_tables(steering) for steering in PauseSteer
 """One set of tables for each reading of XGV-35."""
 
 STOP_DEMANDED_TABLE = np.zeros(_SHAPE[0], np.bool_)
+PAUSING_TABLE = np.zeros(_SHAPE[0], np.bool_)
 for _mode in SafetyMode:
     STOP_DEMANDED_TABLE[_mode] = is_stop_demanded(_mode)
+    PAUSING_TABLE[_mode] = _mode in PAUSES
 
 
 def resolve(inputs: ModeInputs, without_command: PauseSteering) -> Resolution:
@@ -91,7 +94,7 @@ def resolve(inputs: ModeInputs, without_command: PauseSteering) -> Resolution:
     software_ready = SOFTWARE_READY_TABLE[inputs.control_mode, inputs.ready_mode].astype(np.intp)
     active = inputs.control_mode != ControlMode.UNKNOWN
     safety_mode = np.where(active, SAFETY_MODE_TABLE[software_ready, devices], np.uint8(SafetyMode.INACTIVE))
-    initialised: IntColumn = (devices & STEERING_UNINITIALISED == 0).astype(np.int64)
+    initialised: IntColumn = (devices & STEERING_NOT_READY == 0).astype(np.int64)
     cells = (safety_mode, inputs.control_mode, inputs.command_kind, inputs.partial_mode, initialised)
     tables = AXIS_TABLES[without_command]
     return Resolution(
@@ -101,4 +104,5 @@ def resolve(inputs: ModeInputs, without_command: PauseSteering) -> Resolution:
         driver_engaged=tables.driver_engaged[cells],
         in_run_state=tables.in_run_state[cells],
         stop_demanded=STOP_DEMANDED_TABLE[safety_mode],
+        pausing=PAUSING_TABLE[safety_mode],
     )

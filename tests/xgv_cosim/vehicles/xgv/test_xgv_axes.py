@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 import pytest
 
@@ -14,7 +12,9 @@ from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode, res
 from xgv_cosim.vehicles.xgv.settings import PauseSteering
 from xgv_cosim.vehicles.xgv.tables import SOFTWARE_READY_TABLE, resolve
 
-EVERYTHING = np.array(list(product(range(2048), ControlMode, ReadyMode, range(4), CommandKind)), np.int64).T
+EVERYTHING = np.stack(
+    np.meshgrid(range(2048), list(ControlMode), list(ReadyMode), range(4), list(CommandKind), indexing="ij")
+).reshape(5, -1)
 """All inputs at once: devices, control mode, ready mode, partial mode, command kind."""
 
 BY_WIRE = {SafetyMode.DRIVE_BY_WIRE, SafetyMode.SOFTWARE_PAUSE, SafetyMode.ESTOP_PAUSE}
@@ -102,7 +102,7 @@ def expected_axes(
     longitudinal, lateral = live or (Longitudinal.CONTROLLED_STOP, no_command)
     if mode != SafetyMode.DRIVE_BY_WIRE:
         longitudinal = Longitudinal.CONTROLLED_STOP
-    if devices & 512:
+    if devices & (512 | 1024):
         lateral = Lateral.FREE
     return (
         Longitudinal.FREE if partial & 2 else longitudinal,
@@ -117,7 +117,7 @@ def test_axes_over_every_input_xgv_16_xgv_33_xgv_35_xgv_69_xgv_70(
     seen = np.stack(
         [
             answer.safety_mode,
-            EVERYTHING[0] & 512,
+            EVERYTHING[0] & (512 | 1024),
             EVERYTHING[1],
             EVERYTHING[4],
             EVERYTHING[3],
@@ -125,7 +125,8 @@ def test_axes_over_every_input_xgv_16_xgv_33_xgv_35_xgv_69_xgv_70(
             answer.lateral,
         ]
     )
-    different = np.unique(seen, axis=1).T.tolist()
+    keys = np.ravel_multi_index(seen, tuple(seen.max(axis=1) + 1))  # one number each: quick to compare
+    different = seen[:, np.unique(keys, return_index=True)[1]].T.tolist()
     assert len(different) > 300  # every mode in many combinations
     for mode, devices, control, kind, partial, longitudinal, lateral in different:
         expected = expected_axes(SafetyMode(mode), devices, control, kind, partial, without)
@@ -140,6 +141,13 @@ def test_run_state_is_drive_by_wire_with_a_live_command(everything: tuple[PauseS
     )
     clear = (EVERYTHING[0] & ~24 == 0) & (ready == ReadyMode.READY)
     np.testing.assert_array_equal(answer.in_run_state, live & clear)
+
+
+def test_pausing_is_software_pause_and_estop_pause_xgv_41(
+    everything: tuple[PauseSteering, Resolution],
+) -> None:
+    _, answer = everything
+    np.testing.assert_array_equal(answer.pausing, np.isin(answer.safety_mode, [2, 8]))
 
 
 def test_stop_is_demanded_by_estop_pause_and_disable_alone(
@@ -185,8 +193,12 @@ def test_manual_steering_leaves_speed_to_the_computer_xgv_39() -> None:
     assert resolve_one(partial=2)[1:] == (Longitudinal.FREE, Lateral.CLOSED_LOOP)
 
 
-def test_uninitialised_steering_is_under_nobodys_control_xgv_69() -> None:
-    assert resolve_one(16 | 512) == (SafetyMode.SOFTWARE_PAUSE, Longitudinal.CONTROLLED_STOP, Lateral.FREE)
+@pytest.mark.parametrize("bits", [512, 1024, 512 | 1024])
+def test_uninitialised_steering_is_under_nobodys_control_xgv_69(bits: int) -> None:
+    assert resolve_one(16 | bits) == (SafetyMode.SOFTWARE_PAUSE, Longitudinal.CONTROLLED_STOP, Lateral.FREE)
+
+
+def test_uninitialised_steering_alone_takes_the_wheel_away_xgv_69() -> None:
     scalar = resolve_lateral(
         SafetyMode.SOFTWARE_PAUSE,
         ControlMode.MOTION_PROFILES,
@@ -206,7 +218,7 @@ def test_unknown_control_mode_is_an_inactive_system_xgv_01_xgv_32() -> None:
 def test_look_up_keeps_shape_and_types() -> None:
     answer = resolve(columns(*EVERYTHING[:, :7]), PauseSteering.HOLD_CURVATURE)
     assert {column.shape for column in answer} == {(7,)}
-    assert [column.dtype for column in answer] == [np.uint8] * 3 + [np.bool_] * 3
+    assert [column.dtype for column in answer] == [np.uint8] * 3 + [np.bool_] * 4
     assert SOFTWARE_READY_TABLE.sum() == 2
 
 

@@ -10,20 +10,24 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
-from xgv_cosim.commands import MotionProfile, WrenchEffort
+from xgv_cosim.actuation import Gear, LostFunction
+from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, Turn, WrenchEffort
 from xgv_cosim.endpoint import (
     CommandAccepted,
     CommandDropped,
     CommandStatus,
+    DevicesCommanded,
     EndpointChanged,
     EndpointEvent,
     MessageRefused,
     ReleaseControl,
     RequestControl,
+    SetAuthority,
     StackMessage,
 )
 from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
-from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode
+from xgv_cosim.vehicles.xgv.errors import ERRORS
+from xgv_cosim.vehicles.xgv.modes import PARTIAL_MODE_ACTS_IN, PAUSES, ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 
 PD = ComponentId.PRIMITIVE_DRIVER
@@ -36,11 +40,14 @@ drivers = st.sampled_from([PD, MPD])
 class Conversation(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
-        self.endpoint = XgvEndpoint(XgvSettings())
+        self.endpoint = XgvEndpoint(XgvSettings(motion_allow_many=True))
         self.now_s = 0.0
         self.expires_s = math.inf
-        self.commander: JausAddress | None = None
-        self.shown = {"control_mode": "software_pause", "ready_mode": "software_pause"}
+        self.safety_mode = SafetyMode.SOFTWARE_PAUSE
+        self.heard_s: dict[JausAddress, float] = {}
+        self.lasting: set[int] = set()
+        self.latched: set[int] = set()
+        self.shown = {"control_mode": "software_pause", "ready_mode": "software_pause", "signals": "off"}
 
     def hear(self, events: list[EndpointEvent]) -> None:
         """Follow the events as the simulation does."""
@@ -56,8 +63,9 @@ class Conversation(RuleBasedStateMachine):
     def say(self, message: StackMessage, sender: JausAddress) -> list[EndpointEvent]:
         before = self.state()
         events = self.endpoint.receive(message, sender, self.now_s)
+        self.heard_s[sender] = self.now_s
         if any(isinstance(event, MessageRefused) for event in events):
-            assert len(events) == 1
+            assert all(isinstance(event, MessageRefused | DevicesCommanded) for event in events)
             assert self.state() == before  # an illegal input changes nothing
         self.hear(events)
         return events
@@ -69,9 +77,67 @@ class Conversation(RuleBasedStateMachine):
             endpoint.ready_mode,
             endpoint.component_status,
             endpoint.component_controller,
+            endpoint.component_authority,
             endpoint.errors,
-            endpoint.next_deadline_s,
+            endpoint.signals,
         )
+
+    @rule(sender=clients, component=drivers, authority=st.integers(0, 3))
+    def set_authority(self, sender: JausAddress, component: ComponentId, authority: int) -> None:
+        held = self.endpoint.component_controller[component] == sender
+        events = self.say(SetAuthority(component, authority), sender)
+        assert any(isinstance(event, MessageRefused) for event in events) is not held
+        if held:
+            assert self.endpoint.component_authority[component] == authority
+
+    @rule(sender=clients, gear=st.sampled_from(Gear), engine_on=st.booleans())
+    def devices(self, sender: JausAddress, gear: Gear, engine_on: bool) -> None:
+        """XGV-09, XGV-34: only the PD's own controller shifts, and never in a pause."""
+        events = self.say(DiscreteDevices(gear, engine_on), sender)
+        commanded = [event for event in events if isinstance(event, DevicesCommanded)]
+        shifts = any(event.gear is not None for event in commanded)
+        assert shifts == (
+            self.safety_mode is SafetyMode.DRIVE_BY_WIRE
+            and self.endpoint.control_mode is ControlMode.WRENCH_EFFORTS
+            and self.endpoint.component_controller[PD] == sender
+        )
+        switches = any(event.engine_on is not None for event in commanded)
+        held = sender in self.endpoint.component_controller.values()
+        if self.safety_mode in PAUSES:
+            assert switches
+        if self.safety_mode is SafetyMode.DRIVE_BY_WIRE and not held:
+            assert not switches
+
+    @rule(sender=clients, turn=st.sampled_from(Turn))
+    def signals(self, sender: JausAddress, turn: Turn) -> None:
+        self.say(Signals(turn=turn), sender)
+        if self.safety_mode in PARTIAL_MODE_ACTS_IN:
+            assert self.endpoint.signals.turn is turn  # XGV-10: from anyone
+        else:
+            assert self.endpoint.signals.turn is Turn.OFF  # XGV-31
+
+    @rule(mode=st.sampled_from(sorted(set(SafetyMode) - {SafetyMode.INACTIVE})))
+    def enter(self, mode: SafetyMode) -> None:
+        self.safety_mode = mode
+        self.hear(self.endpoint.safety_mode_entered(mode, self.now_s))
+
+    @rule(code=st.sampled_from([9109, 9106, 9150, 9138, 9175]))
+    def raise_error(self, code: int) -> None:
+        self.hear(self.endpoint.raise_error(code, self.now_s))
+        self.lasting.add(code)
+        self.latched.discard(code)
+
+    @rule(code=st.sampled_from([9109, 9106, 9150, 9138, 9175]))
+    def end_error(self, code: int) -> None:
+        self.hear(self.endpoint.clear_error(code, self.now_s))
+        if code in self.lasting and code not in {9138, 9175}:
+            self.latched.add(code)
+        self.lasting.discard(code)
+
+    @rule()
+    def operator_clears(self) -> None:
+        self.hear(self.endpoint.clear_errors(self.now_s))
+        self.latched.clear()
 
     @rule(sender=clients, component=drivers, authority=st.integers(0, 2))
     def request(self, sender: JausAddress, component: ComponentId, authority: int) -> None:
@@ -92,6 +158,10 @@ class Conversation(RuleBasedStateMachine):
         events = self.say(MotionProfile(5.0, 1.0, 0.0, 0.1, 0.4), sender)
         assert isinstance(events[0], CommandAccepted) == (held and fits)  # XGV-10, XGV-16
 
+    @rule(sender=clients, count=st.integers(2, 4))
+    def queue(self, sender: JausAddress, count: int) -> None:
+        self.say(MotionQueue((MotionProfile(5.0, 1.0, 0.0, 0.1, 0.2),) * count), sender)
+
     @rule(sender=clients)
     def wrench(self, sender: JausAddress) -> None:
         held = self.endpoint.component_controller[PD] == sender
@@ -99,18 +169,45 @@ class Conversation(RuleBasedStateMachine):
         events = self.say(WrenchEffort(0.1, 0.0, 0.0), sender)
         assert isinstance(events[0], CommandAccepted) == (held and fits)
 
-    @rule(wait_s=st.sampled_from([0.1, 0.5, 1.0]))
+    @rule(wait_s=st.sampled_from([0.1, 0.5, 1.0, 3.0]))
     def wait(self, wait_s: float) -> None:
         until_s = self.now_s + wait_s
         while min(self.endpoint.next_deadline_s, self.expires_s) <= until_s:
             if self.expires_s <= self.endpoint.next_deadline_s:
                 self.now_s, self.expires_s = self.expires_s, math.inf
-                assert self.endpoint.command_expired(self.now_s) != []  # XGV-43: raised, every time
+                events = self.endpoint.command_expired(self.now_s)
+                assert len(events) == 1  # XGV-43: the next motion, or the error, every time
+                self.hear(events)
             else:
                 self.now_s = self.endpoint.next_deadline_s
                 self.hear(self.endpoint.handle_deadline(self.now_s))
                 assert self.endpoint.next_deadline_s > self.now_s
         self.now_s = until_s
+
+    @invariant()
+    def nobody_silent_controls_anything(self) -> None:
+        """XGV-65."""
+        for client in self.endpoint.component_controller.values():
+            if client is not None and client != MPD_ADDRESS:
+                assert self.now_s - self.heard_s[client] < 5.0
+
+    @invariant()
+    def errors_last_as_long_as_cause_or_latch(self) -> None:
+        """XGV-38: and the bit, and what they take away, follow from them."""
+        endpoint = self.endpoint
+        assert endpoint.errors - {9143, 9144, 9157, 9158, 9178} == self.lasting | self.latched
+        assert (endpoint.device_bits == 128) == any(ERRORS[code].pauses for code in endpoint.errors)
+        lost = LostFunction.BRAKE if 9109 in endpoint.errors else 0
+        lost |= LostFunction.THROTTLE if 9106 in endpoint.errors else 0
+        assert endpoint.lost_functions == lost
+        assert (9178 in endpoint.errors) == (endpoint.ready_mode is not ReadyMode.READY)
+
+    @invariant()
+    def mpd_holds_the_pd_with_its_own_authority(self) -> None:
+        """XGV-19."""
+        if self.endpoint.component_controller[PD] == MPD_ADDRESS:
+            authority = self.endpoint.component_authority
+            assert authority[PD] == authority[MPD]
 
     @invariant()
     def control_mode_follows_from_the_holders(self) -> None:

@@ -1,0 +1,129 @@
+"""The rows of the ledger about control, commands, errors and reports."""
+
+from __future__ import annotations
+
+from xgv_cosim.vehicles.xgv.readings import Reading
+
+_EFFECT_TEXTS = (
+    ("brake", "the brake"),
+    ("steering", "the steering"),
+    ("throttle", "the throttle"),
+    ("speed_feedback", "the measured speed"),
+)
+
+CONTROL_READINGS = (
+    Reading(
+        "XGV-10",
+        "E",
+        "Anyone may send Set Signals. Under an override, in a disable and in an inactive system it is "
+        "refused, and what the computer had switched on goes off.",
+        ("signals", "command_refused:Signals"),
+    ),
+    Reading(
+        "XGV-20",
+        "D",
+        "Set Component Authority of the controller sets the authority that a pre-emptor must exceed, up or "
+        "down; the Motion Profile Driver tells the Primitive Driver the same.",
+        ("component_control",),
+    ),
+    Reading(
+        "XGV-21",
+        "D",
+        "When the car's own controllers fail (9156), the Motion Profile Driver goes to failure; Reset leads "
+        "out of it.",
+        ("controller_failed", "error:9156"),
+    ),
+    Reading(
+        "XGV-31",
+        "D",
+        "Whether e-stop disable switches the engine off.",
+        ("safety_mode:estop_disable",),
+        key="xgv.disable.engine_off",
+        setting="disable_engine_off",
+    ),
+    Reading(
+        "XGV-31",
+        "D",
+        "Whether the brake loses its assistance while the engine is off; then an effort gives a share of its "
+        "deceleration. A driver who takes the speed starts the engine again.",
+        ("engine:off",),
+        key="xgv.engine.brake_assist_lost",
+        setting="engine_brake_assist_lost",
+    ),
+    Reading(
+        "XGV-70",
+        "D",
+        "Gears: in closed loop the sign of the commanded speed chooses drive or reverse; a change takes "
+        "0.5 s of standstill with the brake pressed and 1.0 s of shifting (plant: shift_standstill_s, "
+        "shift_delay_s). Steering that has lost its function is as if released.",
+        ("handover", "gear_engaged"),
+    ),
+    Reading(
+        "XGV-34",
+        "D",
+        "Whether the engine is switched in a pause only by a controller; in drive-by-wire it always is. "
+        "Gears are shifted in drive-by-wire and wrench efforts only.",
+        ("engine", "gear", "command_refused:DiscreteDevices"),
+        key="xgv.nonmotion.needs_control",
+        setting="nonmotion_needs_control",
+    ),
+    Reading(
+        "XGV-38",
+        "D",
+        "Which errors outlast their cause, until the operator clears them: hardware means all that pause the "
+        "car but 9157 and 9158.",
+        ("error", "error_latched"),
+        key="xgv.errors.latch",
+        setting="errors_latch",
+    ),
+    *(
+        Reading(
+            "XGV-38",
+            "D",
+            f"Errors that take {what} away while they are in force.",
+            ("error",),
+            key=f"xgv.errors.effect.{name}",
+            setting=f"errors_effect_{name}",
+        )
+        for name, what in _EFFECT_TEXTS
+    ),
+    Reading(
+        "XGV-38",
+        "D",
+        "The warnings 9143, 9144, 9176, 9177 and 9178 follow from modes and devices: disable, e-stop pause, "
+        "door, steering, and control or ready mode in software pause.",
+        ("warning",),
+    ),
+    Reading(
+        "XGV-53",
+        "D",
+        "Firmware of the controller, one that has Report Vehicle Mode, which 1.0 and 1.1 lack.",
+        ("bound",),
+        key="xgv.firmware",
+        setting="firmware",
+    ),
+    Reading(
+        "XGV-65",
+        "D",
+        "A controller that sends nothing for so long loses control; 0 means never.",
+        ("injection:cmd_loss", "component_control"),
+        key="xgv.control.controller_timeout_s",
+        setting="controller_timeout_s",
+    ),
+    Reading(
+        "XGV-66",
+        "D",
+        "Who preempts a commanded car ends its command: 9157 or 9158 pauses it until his first own one.",
+        ("control_preempted",),
+    ),
+    Reading(
+        "XGV-70",
+        "D",
+        "Whether Set Motion Profile may carry several motions. A pause drops those that wait, an override or "
+        "a disable the one in force too.",
+        ("motion_queue", "command_refused:MotionQueue"),
+        key="xgv.motion.allow_many",
+        setting="motion_allow_many",
+    ),
+)
+"""Open readings of the endpoint."""
