@@ -157,6 +157,6 @@ def test_maximum_braking_spends_what_the_bend_leaves_gkc_24() -> None:
 def test_the_steady_turn_is_the_relation_of_public_clients_for_small_angles_xgv_62(
     steer: float, speed: float
 ) -> None:
-    """They use ``tan(phi / (1 + v² k_us)) / L``; with ``k_us = Ku / L`` it differs in the third order only."""
+    """They use ``tan(phi / (1 + v² k_us)) / L``; with ``k_us = Ku / L`` it differs in third order only."""
     theirs = math.tan(steer / (1.0 + speed * speed * 0.0025 / 2.619)) / 2.619
     assert steady_curvature_per_m(steer, speed, 2.619, 0.0025) == pytest.approx(theirs, rel=4e-3, abs=1e-12)
