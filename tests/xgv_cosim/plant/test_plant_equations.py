@@ -151,3 +151,12 @@ def test_maximum_braking_spends_what_the_bend_leaves_gkc_24() -> None:
     assert maximum_braking_share(0.0, 8.4, 0.85 * 9.81) == pytest.approx(grip / 8.4)
     assert maximum_braking_share(5.0, 8.4, 0.85 * 9.81) == pytest.approx(math.sqrt(grip**2 - 25.0) / 8.4)
     assert maximum_braking_share(20.0, 8.4, 0.85 * 9.81) == 0.0
+
+
+@given(st.floats(-0.1, 0.1), st.floats(0.0, 30.0))
+def test_the_steady_turn_is_the_relation_of_public_clients_for_small_angles_xgv_62(
+    steer: float, speed: float
+) -> None:
+    """They use ``tan(phi / (1 + v² k_us)) / L``; with ``k_us = Ku / L`` it differs in third order only."""
+    theirs = math.tan(steer / (1.0 + speed * speed * 0.0025 / 2.619)) / 2.619
+    assert steady_curvature_per_m(steer, speed, 2.619, 0.0025) == pytest.approx(theirs, rel=4e-3, abs=1e-12)
