@@ -102,7 +102,8 @@ def _ttc(metrics: dict[str, Any]) -> str:
 
 
 def _closing_lines(data: dict[str, Any], folder: Path) -> list[str]:
-    lines = [f"expectation {row['status']}: {row['text']}: {row['detail']}" for row in _unmet(data)]
+    lines = [f"warning: {line}" for line in data["warnings"]]
+    lines += [f"expectation {row['status']}: {row['text']}: {row['detail']}" for row in _unmet(data)]
     factor = data["real_time_factor"]
     met = sum(row["status"] == "ok" for row in data["expectations"])
     lines.append(

@@ -20,12 +20,15 @@ class StopMetrics:
     """What one event did to one vehicle; None where a measure does not apply."""
 
     speed_at_event_mps: float | None
+    stop_demanded_after_s: float | None
+    """From the device edge to the moment in which the vehicle's mode demanded a stop: 0 for most edges,
+    the rest of the last command's life for lost commands; None if no stop was demanded."""
     time_to_standstill_s: float | None
     """From the device edge to standstill, None if it never stood."""
     stopping_distance_m: float | None
-    """Distance driven in that time."""
+    """Distance driven from the demand to standstill; from the edge, where no stop was demanded."""
     ideal_stopping_distance_m: float | None
-    """``v^2 / (2 a)`` with the demanded deceleration, None if no stop was demanded."""
+    """``v^2 / (2 a)`` with speed and deceleration of the demand, None if no stop was demanded."""
     stopping_distance_ratio: float | None
     peak_decel_mps2: float | None
     min_ttc_s: float | None
@@ -40,7 +43,7 @@ class StopMetrics:
     """Seconds in which nobody controlled steering (XGV-64)."""
 
 
-NO_STOP = StopMetrics(None, None, None, None, None, None, None, None, None, 0.0, 0.0)
+NO_STOP = StopMetrics(None, None, None, None, None, None, None, None, None, None, 0.0, 0.0)
 
 
 def judged_until_s(injection_end_s: float | None) -> float:
@@ -85,14 +88,19 @@ def stop_metrics(series: VehicleSeries, event_s: float, until_s: float) -> StopM
         return NO_STOP
     after = window & (series.t_s > event_s + 1e-9)  # what a sample says of the step that it ends
     speed, odometer = state_at(series, event_s)
-    demanded = series.demanded_decel_mps2[after]
-    demanded = demanded[np.isfinite(demanded)]
-    ideal = speed * speed / (2.0 * float(demanded[0])) if demanded.size else None
+    step_s = float(np.median(np.diff(series.t_s))) if series.t_s.size > 1 else 0.0
+    demanded = np.flatnonzero(after & np.isfinite(series.demanded_decel_mps2))
+    ideal, demand_s = None, event_s
+    if demanded.size:
+        # A sample tells of the step that it ends, so the demand began no later than that step.
+        demand_s = max(event_s, float(series.t_s[demanded[0]]) - step_s)
+        entry, odometer = state_at(series, demand_s)
+        ideal = entry * entry / (2.0 * float(series.demanded_decel_mps2[demanded[0]]))
     still_s = first_standstill_s(series.t_s, series.speed_mps, event_s, until_s)
     distance = None if still_s is None else state_at(series, still_s)[1] - odometer
-    step_s = float(np.median(np.diff(series.t_s))) if series.t_s.size > 1 else 0.0
     return StopMetrics(
         speed_at_event_mps=speed,
+        stop_demanded_after_s=demand_s - event_s if demanded.size else None,
         time_to_standstill_s=None if still_s is None else still_s - event_s,
         stopping_distance_m=distance,
         ideal_stopping_distance_m=ideal,

@@ -75,7 +75,9 @@ def _content(run: RunData) -> dict[str, Any]:
     tone, headline = verdict(run)
     expectations = run.result.get("expectations") or []
     ledger = list(run.result.get("assumptions", []))
-    defaults = dict.fromkeys(("description", "error", "notes", "expectations", "collisions", "teleports"))
+    defaults = dict.fromkeys(
+        ("description", "error", "warnings", "notes", "expectations", "collisions", "teleports")
+    )
     return {
         "title": run.result.get("scenario") or run.folder.name,
         "result": {**defaults, **run.result} if run.result else defaults,

@@ -20,6 +20,7 @@ from xgv_cosim.runs.effects import facts_that_acted, handovers_s
 from xgv_cosim.runs.expectations import CollisionFact, Outcome, RunFacts, VehicleFacts, evaluate
 from xgv_cosim.runs.vehicles import by_vehicle, vehicle_rows
 from xgv_cosim.runs.versions import recorded_versions
+from xgv_cosim.runs.warnings import warnings_of
 from xgv_cosim.scenario.building import profile_of
 from xgv_cosim.scenario.model import Scenario
 
@@ -101,6 +102,7 @@ def result_of(
         "expectations": [
             {"text": row.expected, "status": row.outcome.value, "detail": row.seen} for row in expectations
         ],
+        "warnings": warnings_of(scenario, events),
         "notes": list(outcome.notes),
         "assumptions": assumption_rows(scenario, events),
     }

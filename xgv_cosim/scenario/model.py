@@ -59,8 +59,8 @@ class Scenario(Section):
     """One line: what the scenario shows."""
     duration_s: Annotated[float, Field(gt=0)]
     """Length of the run in simulated seconds, rounded up to whole world steps."""
-    step_s: Annotated[float, Field(gt=0, le=1)] = 0.1
-    """World step, a whole multiple of 0.01 s."""
+    step_s: Annotated[float, Field(gt=0, le=0.3)] = 0.1
+    """World step, a whole multiple of 0.01 s, at most 0.3 s: a stack's command lives 0.4 s."""
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
     """Seed of everything random in the run."""
     world: WorldSection

@@ -57,6 +57,14 @@ class Devices:
                 edges += self.change(source, vehicle_id, injection.kind, injection.code, begins=begins)
         return edges
 
+    def chose_nobody(self, tick: int) -> list[InjectionKind]:
+        """Return the injections that began on ``tick`` and whose pattern chose no vehicle."""
+        return [
+            injection.kind
+            for source, injection, begins in self._schedule.get(tick, [])
+            if begins and not self._chosen.get(source)
+        ]
+
     def change(
         self, source: int, vehicle_id: str, kind: InjectionKind, code: int | None = None, *, begins: bool
     ) -> list[Edge]:

@@ -59,6 +59,9 @@ def apply_scheduled(state: RunState, world: World, tick: int) -> None:
             guess = f"; did you mean {near[0]!r}?" if near else ""
             hint = f"(injection {edge.kind.value} at {state.now_s:g} s names it{guess})"
             raise UnknownVehicleError(name, state.fleet.bound_ids, hint)
+    for kind in state.devices.chose_nobody(tick):
+        reason = "its selector matches no vehicle that is bound now"
+        state.note("", "injection_without_vehicle", after=kind.value, reasons=(reason,))
     apply_edges(state, edges)
 
 

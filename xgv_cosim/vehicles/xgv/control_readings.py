@@ -24,7 +24,7 @@ CONTROL_READINGS = (
         "D",
         "Set Component Authority of the controller sets the authority that a pre-emptor must exceed, up or "
         "down; the Motion Profile Driver tells the Primitive Driver the same.",
-        ("component_control",),
+        ("preempted",),
     ),
     Reading(
         "XGV-21",
@@ -106,7 +106,7 @@ CONTROL_READINGS = (
         "XGV-65",
         "D",
         "A controller that sends nothing for so long loses control; 0 means never.",
-        ("injection:cmd_loss", "component_control"),
+        ("injection:cmd_loss",),
         key="xgv.control.controller_timeout_s",
         setting="controller_timeout_s",
     ),

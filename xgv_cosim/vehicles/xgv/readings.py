@@ -58,7 +58,7 @@ SAFETY_READINGS = (
         "D",
         "Preset of what a car needs before it moves again once its stop demand is gone: literal means "
         "nothing latches and it goes on by itself; each cause may differ.",
-        ("bound",),
+        ("rearmed",),
         key="xgv.rearm.preset",
         setting="rearm.preset",
     ),

@@ -36,8 +36,9 @@ SAFETY = {
     "collision.mingap-factor": "0",
     "collision.check-junctions": "true",
     "time-to-teleport": "-1",
+    "lanechange.duration": "3",  # else a car that SUMO's driver has jumps a whole lane in one step
 }
-"""Collisions are recorded and nobody is beamed out of a jam."""
+"""Collisions are recorded, nobody is beamed out of a jam, and nobody jumps into the next lane."""
 
 
 @contextmanager

@@ -1,0 +1,48 @@
+"""What was asked for and did not act is told aloud: result, terminal, report."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import xgv_cosim
+from xgv_cosim.cli.summary import print_summary
+from xgv_cosim.recording import REPORT, RESULT
+
+IDLE = [
+    "duration_s=2",
+    "expect=[]",
+    "bind.0.driver=rider",
+    "injections=[{at_s: 0.5, vehicles: 'foo_*', kind: door}, {at_s: 1, vehicles: xgv_0, kind: reinit}]",
+]
+
+
+def test_injections_without_effect_are_warnings(tmp_path: Path, capsys: object) -> None:
+    result = xgv_cosim.run("hello", out=tmp_path / "out", set=IDLE)
+    assert result.data["warnings"] == [
+        "injection door at 0.5 s did not act (its selector matches no vehicle that is bound now)",
+        "xgv_0: injection reinit at 1 s did not act (profile xgv has no reinit)",
+    ]
+    assert "xgv_0: injection reinit at 1 s did not act" in (tmp_path / "out" / REPORT).read_text()
+    print_summary(result.data, tmp_path / "out")
+    assert "warning: injection door at 0.5 s did not act" in capsys.readouterr().out  # type: ignore[attr-defined]
+
+
+def test_a_run_that_binds_nothing_says_so(tmp_path: Path) -> None:
+    overrides = ["duration_s=1", "expect=[]", "injections=[]", "bind.0.vehicles={type: nothing}"]
+    xgv_cosim.run("hello", out=tmp_path / "out", set=overrides, report=False)
+    warnings = json.loads((tmp_path / "out" / RESULT).read_text())["warnings"]
+    assert warnings == ["no vehicle was bound: no row of 'bind' matches a vehicle that has departed"]
+
+
+def test_lost_commands_are_judged_from_the_demand_not_from_the_loss(tmp_path: Path) -> None:
+    """XGV-43: the last command lives on for its duration; only then does the car have to stop."""
+    overrides = [
+        "duration_s=14",
+        "expect=[]",
+        "injections=[{at_s: 5, vehicles: xgv_0, kind: cmd_loss}]",
+    ]
+    result = xgv_cosim.run("hello", out=tmp_path / "out", set=overrides, report=False)
+    metrics = result.vehicles["xgv_0"]["metrics"]
+    assert 0.2 < metrics["stop_demanded_after_s"] < 0.4
+    assert 0.98 < metrics["stopping_distance_ratio"] < 1.05

@@ -1,0 +1,36 @@
+"""What a reader must not overlook: things that were asked for and did not act, or went wrong quietly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from xgv_cosim.events import Event
+from xgv_cosim.scenario.model import Scenario
+
+_TEXTS = {
+    "injection_without_vehicle": "injection {after} at {t_s:g} s did not act",
+    "injection_unsupported": "injection {after} at {t_s:g} s did not act",
+    "pause_ineffective": "a pause does not brake",
+    "stack_failed": "the stack failed at {t_s:g} s",
+    "controller_failed": "the controller failed at {t_s:g} s",
+}
+
+
+def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
+    """Return one line for each thing that had no effect or went wrong, each thing once."""
+    lines = []
+    if scenario.bind and not any(event.kind == "bound" for event in events):
+        lines.append("no vehicle was bound: no row of 'bind' matches a vehicle that has departed")
+    for event in events:
+        if event.kind in _TEXTS:
+            lines.append(_line(event, _TEXTS[event.kind]))
+        elif event.kind == "road" and event.after == "off_road":
+            lines.append(_line(event, "it left the road at {t_s:g} s"))
+    return list(dict.fromkeys(lines))
+
+
+def _line(event: Event, text: str) -> str:
+    what = text.format(after=event.after, t_s=event.t_s)
+    who = f"{event.vehicle}: " if event.vehicle else ""
+    why = f" ({'; '.join(event.reasons)})" if event.reasons else ""
+    return f"{who}{what}{why}"
