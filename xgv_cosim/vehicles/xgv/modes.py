@@ -166,7 +166,7 @@ def resolve_safety_mode(devices: int, *, software_ready: bool, active: bool = Tr
 
 def has_live_command(control_mode: ControlMode, command_kind: CommandKind) -> bool:
     """Return whether a live command of the control mode's own kind exists (XGV-16)."""
-    return command_kind is not CommandKind.NONE and command_kind is _COMMAND_KIND_OF.get(control_mode)
+    return command_kind is _COMMAND_KIND_OF.get(control_mode)
 
 
 def resolve_longitudinal(
