@@ -33,6 +33,17 @@ def _require_finite(command: MotionProfile | WrenchEffort) -> None:
             )
 
 
+def _require_members(command: DiscreteDevices | Signals, **kinds: type[bool | IntEnum]) -> None:
+    for name, kind in kinds.items():
+        value = getattr(command, name)
+        if value is not None and not isinstance(value, kind):
+            names = ", ".join(member.name for member in kind) if issubclass(kind, IntEnum) else "True, False"
+            raise CommandError(
+                f"{type(command).__name__}.{name}: got {value!r}, expected {kind.__name__} ({names}) "
+                "or None; the message was not sent"
+            )
+
+
 @dataclass(frozen=True, slots=True)
 class MotionProfile:
     """One motion of Set Motion Profile: closed-loop speed and curvature (XGV-05, XGV-58).
@@ -99,10 +110,17 @@ class MotionQueue:
 
 @dataclass(frozen=True, slots=True)
 class DiscreteDevices:
-    """Set Discrete Devices: gear and engine; None leaves a device as it is (XGV-09, XGV-34, XGV-60)."""
+    """Set Discrete Devices: gear and engine; None leaves a device as it is (XGV-09, XGV-34, XGV-60).
+
+    Raises:
+        CommandError: A value of another type.
+    """
 
     gear: Gear | None = None
     engine_on: bool | None = None
+
+    def __post_init__(self) -> None:
+        _require_members(self, gear=Gear, engine_on=bool)
 
 
 class Turn(IntEnum):
@@ -124,11 +142,18 @@ class Headlights(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """Set Signals: turn signals, horn, headlights; None leaves a device as it is (XGV-11, XGV-34)."""
+    """Set Signals: turn signals, horn, headlights; None leaves a device as it is (XGV-11, XGV-34).
+
+    Raises:
+        CommandError: A value of another type.
+    """
 
     turn: Turn | None = None
     horn: bool | None = None
     headlights: Headlights | None = None
+
+    def __post_init__(self) -> None:
+        _require_members(self, turn=Turn, horn=bool, headlights=Headlights)
 
 
 class CommandColumns(NamedTuple):

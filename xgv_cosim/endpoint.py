@@ -167,6 +167,10 @@ class Endpoint(Protocol):
         """Take one message from ``sender``."""
         ...
 
+    def delay(self, stopped_s: float) -> None:
+        """Put every deadline off by a time in which the controller's clock stood still (XGV-67)."""
+        ...
+
     def heard(self, sender: JausAddress, now_s: float) -> None:
         """Take note of traffic of ``sender`` that is no message for the endpoint (XGV-65)."""
         ...

@@ -61,10 +61,12 @@ class BoundVehicle:
     devices: SafetyDevices
     link: Link | None
     refusals: set[tuple[str, str]] = field(default_factory=set)
-    """(message type, reason) of refusals in the journal since the last accepted command: repeats at
-    every step are told once."""
+    """(message type, reason) of refusals in the journal since the last accepted command of that type:
+    repeats at every step are told once."""
     raised: frozenset[int] = frozenset()
     """Errors of devices and injections that the endpoint knows of."""
+    frozen_since_s: float = 0.0
+    """When the controller froze, while it is frozen."""
     lasting: dict[tuple[str, str], float] = field(default_factory=dict)
     """Since when what lasts without effect does: (kind, what) -> simulation time (XGV-41, XGV-68)."""
     last_view: ModeView | None = None

@@ -74,7 +74,8 @@ def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) 
         match event:
             case CommandAccepted():
                 write_command(fleet.command, slot, event)
-                vehicle.refusals.clear()
+                accepted = type(event.command).__name__
+                vehicle.refusals = {said for said in vehicle.refusals if said[0] != accepted}
             case CommandDropped():
                 if fleet.command.kind[slot] != CommandKind.NONE:
                     state.note(name, "command_dropped", reasons=(event.reason,))
@@ -161,7 +162,7 @@ def clear_command(command: CommandColumns, slot: int) -> None:
 
 
 def _note_refusal(state: RunState, vehicle: BoundVehicle, refusal: MessageRefused) -> None:
-    """Enter a refusal once for each reason and message type, until a command is accepted."""
+    """Enter a refusal once for each reason and message type, until one of that type is accepted."""
     said = (type(refusal.message).__name__, refusal.reason)
     if said not in vehicle.refusals:
         vehicle.refusals.add(said)

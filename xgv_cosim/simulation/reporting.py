@@ -42,6 +42,7 @@ def note_modes(state: RunState, axes: AxisModes) -> None:
         name_of = vehicle.binding.profile.safety_mode_name
         before, after = name_of(int(fleet.safety_mode[slot])), name_of(int(axes.safety_mode[slot]))
         state.note(vehicle.vehicle_id, "safety_mode", before, after, reasons_of(state, vehicle))
+        vehicle.refusals.clear()  # in another mode the same refusal is news
         if not fleet.frozen[slot]:  # a frozen controller does not notice what hardware does (XGV-67)
             entered = vehicle.endpoint.safety_mode_entered(int(axes.safety_mode[slot]), state.now_s)
             commanding.handle(state, vehicle, entered)

@@ -66,7 +66,10 @@ def _follow_errors(state: RunState, vehicle: BoundVehicle) -> None:
 
 
 def _follow_freeze(state: RunState, vehicle: BoundVehicle) -> None:
-    """Let a controller that freezes hold what it puts out; an axis that it had released stays so (XGV-67)."""
+    """Let a controller that freezes hold what it puts out; an axis that it had released stays so (XGV-67).
+
+    Its clock stands still as well: when it goes on, commands and time-outs have as long to run as before.
+    """
     fleet, slot, frozen = state.fleet, vehicle.slot, vehicle.devices.is_frozen
     if frozen and not fleet.frozen[slot]:
         held, motion = fleet.held, fleet.motion
@@ -79,6 +82,11 @@ def _follow_freeze(state: RunState, vehicle: BoundVehicle) -> None:
         held.throttle[slot] = motion.throttle[slot]
         held.brake[slot] = motion.brake[slot]
         held.steer_rad[slot] = motion.steer_rad[slot]
+        vehicle.frozen_since_s = state.now_s
+    elif not frozen and fleet.frozen[slot]:
+        stopped_s = state.now_s - vehicle.frozen_since_s
+        fleet.command.expires_s[slot] += stopped_s
+        vehicle.endpoint.delay(stopped_s)
     fleet.frozen[slot] = frozen
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from jaus.address import JausAddress
 from xgv_cosim.endpoint import StackMessage
-from xgv_cosim.errors import ScenarioError
+from xgv_cosim.errors import CommandError, ScenarioError
 from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.simulation.reporting import reasons_of
 from xgv_cosim.simulation.requests import PARTIAL_NAMES
@@ -93,7 +93,13 @@ class VehicleHandle:
         """Send a message to the vehicle's components, as a stack does; it arrives with the next step.
 
         A controller that sends nothing for ``xgv.control.controller_timeout_s`` loses control (XGV-65).
+
+        Raises:
+            CommandError: It is no message of the protocol.
         """
+        if not isinstance(message, get_args(StackMessage)):
+            known = ", ".join(kind.__name__ for kind in get_args(StackMessage))
+            raise CommandError(f"send: got {message!r}, expected one of {known}")
         self._state.posted.append((self._state.vehicle(self.vehicle_id).vehicle_id, sender, message))
 
     def vehicle_mode_report(self) -> VehicleModeReport | None:

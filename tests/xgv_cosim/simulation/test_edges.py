@@ -8,7 +8,8 @@ import pytest
 
 from tests.xgv_cosim.simulation.conftest import Opener
 from tests.xgv_cosim.simulation.test_timelines import events_of
-from xgv_cosim.errors import ScenarioError, UnknownVehicleError, WorldError
+from xgv_cosim.commands import DiscreteDevices, Signals
+from xgv_cosim.errors import CommandError, ScenarioError, UnknownVehicleError, WorldError
 
 
 def inject(*rows: str) -> str:
@@ -146,3 +147,56 @@ def test_after_a_step_that_failed_the_simulation_is_over(open_hello: Opener) -> 
         simulation.run_until(2.0)
     with pytest.raises(WorldError, match="open a new one"):
         simulation.step()
+
+
+@pytest.mark.parametrize("duration_s", [6.0, 6.03])
+def test_a_controller_that_thaws_goes_on_where_it_froze_whatever_the_tick(
+    open_hello: Opener, duration_s: float
+) -> None:
+    """XGV-65, XGV-67, XGV-71: its clock stood still, so neither command nor controller has timed out."""
+    simulation = open_hello(inject(f"at_s: 3.0, vehicles: xgv_0, kind: frozen, duration_s: {duration_s}"))
+    simulation.run_until(11.0)
+    assert events_of(simulation, "error") == []
+    assert [mode for _, mode in events_of(simulation, "safety_mode")] == ["software_pause", "drive_by_wire"]
+
+
+def test_a_controller_that_froze_meets_its_time_outs_later(open_hello: Opener) -> None:
+    """XGV-43, XGV-67: commands lost at 3.0, frozen from 3.1 to 5.03: the last motion ends that much later."""
+    rows = (
+        "at_s: 3.0, vehicles: xgv_0, kind: cmd_loss",
+        "at_s: 3.1, vehicles: xgv_0, kind: frozen, duration_s: 1.93",
+    )
+    simulation = open_hello(inject(*rows))
+    simulation.run_until(6.0)
+    assert events_of(simulation, "error") == [(5.23, "9157")]  # without the freeze at 3.3
+
+
+def test_what_is_no_message_is_refused_when_it_is_sent(open_hello: Opener) -> None:
+    simulation = open_hello()
+    simulation.step()
+    car = simulation.vehicle("xgv_0")
+    with pytest.raises(CommandError, match="expected one of"):
+        car.send("hello")  # type: ignore[arg-type]
+    with pytest.raises(
+        CommandError, match=r"Signals.turn: got 9, expected Turn \(OFF, LEFT, RIGHT, HAZARD\)"
+    ):
+        Signals(turn=9)  # type: ignore[arg-type]
+    with pytest.raises(CommandError, match=r"DiscreteDevices\.gear"):
+        DiscreteDevices(gear=3)  # type: ignore[arg-type]
+    with pytest.raises(CommandError, match="engine_on"):
+        DiscreteDevices(engine_on="yes")  # type: ignore[arg-type]
+    simulation.step()
+
+
+def test_a_refusal_is_told_once_while_nothing_changes(open_hello: Opener) -> None:
+    """XGV-37: the stack repeats Resume at every step of the door's pause."""
+    simulation = open_hello(
+        "xgv.rearm.preset=conservative", inject("at_s: 3.0, vehicles: xgv_0, kind: door, duration_s: 4.0")
+    )
+    simulation.run_until(6.5)
+    refusals = [
+        event
+        for event in simulation.state.journal.events
+        if event.kind == "command_refused" and event.t_s > 2.0
+    ]
+    assert 1 <= len(refusals) <= 2  # Resume of both drivers

@@ -83,6 +83,12 @@ class Drivers:
         """Return when ``handle_deadline`` is due, ``inf`` for never."""
         return min((self._ask_s, self._silence.next_deadline_s, *self._initialized_s.values()))
 
+    def delay(self, stopped_s: float) -> None:
+        """Put every deadline off by a time in which the controller's clock stood still (XGV-67)."""
+        self._ask_s += stopped_s
+        self._silence.delay(stopped_s)
+        self._initialized_s = {name: due_s + stopped_s for name, due_s in self._initialized_s.items()}
+
     def heard(self, sender: JausAddress, now_s: float) -> None:
         """Take note of traffic of any kind (XGV-65)."""
         self._silence.heard(sender, now_s)

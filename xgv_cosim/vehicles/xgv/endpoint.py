@@ -167,6 +167,10 @@ class XgvEndpoint:
                 assert_never(message)
         return events + self._enter_modes()
 
+    def delay(self, stopped_s: float) -> None:
+        """Put every deadline off by a time in which the controller was frozen (XGV-67)."""
+        self._drivers.delay(stopped_s)
+
     def heard(self, sender: JausAddress, now_s: float) -> None:
         """Take note of traffic that is no message for the endpoint (XGV-65)."""
         self._drivers.heard(sender, now_s)

@@ -94,7 +94,7 @@ SAFETY_READINGS = (
         "XGV-67",
         "D",
         "A frozen controller holds pedals and wheel as they were and answers nobody; only the emergency "
-        "manual override acts. When that ends, the held outputs act again.",
+        "manual override acts. When that ends, the held outputs act again. Its clock stands still too.",
         ("injection:frozen",),
     ),
     Reading(

@@ -32,6 +32,10 @@ class SilenceWatch:
         for sender in self._heard_s.keys() - set(controllers):
             del self._heard_s[sender]
 
+    def delay(self, stopped_s: float) -> None:
+        """Leave out a time in which the controller's clock stood still."""
+        self._heard_s = {sender: heard_s + stopped_s for sender, heard_s in self._heard_s.items()}
+
     @property
     def next_deadline_s(self) -> float:
         """Return when the first of those heard has been silent for too long, ``inf`` for never."""
