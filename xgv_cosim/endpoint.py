@@ -116,12 +116,7 @@ class DevicesCommanded:
 
 
 EndpointEvent = (
-    CommandAccepted
-    | CommandDropped
-    | ControlPreempted
-    | DevicesCommanded
-    | MessageRefused
-    | EndpointChanged
+    CommandAccepted | CommandDropped | ControlPreempted | DevicesCommanded | MessageRefused | EndpointChanged
 )
 
 
