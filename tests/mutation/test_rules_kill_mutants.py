@@ -24,6 +24,7 @@ TESTS_OF = {
     "jaus.component": [f"tests/jaus/test_component_{what}.py" for what in ("tables", "begins", "machine")],
     "xgv_cosim.vehicles.xgv.modes": _MODE_TESTS,
     "xgv_cosim.vehicles.xgv.tables": _MODE_TESTS,
+    "xgv_cosim.vehicles.xgv.rearm": [f"{_XGV}/test_xgv_{what}.py" for what in ("rearm", "devices")],
 }
 """Modules under test, and what has to find their faults, quickest first."""
 

@@ -72,3 +72,12 @@ def test_a_key_of_its_own_beats_the_preset() -> None:
 def test_unknown_values_are_named(wrong: dict[str, str]) -> None:
     with pytest.raises(ScenarioError, match="expected one of"):
         RearmSettings(**wrong)
+
+
+def test_plain_words_become_members_and_a_preset_is_needed_xgv_37() -> None:
+    settings = RearmSettings(preset="conservative", door="operator")  # type: ignore[arg-type]
+    assert isinstance(settings.preset, RearmPreset)
+    assert isinstance(settings.door, Rearm)
+    assert settings.disable is None
+    with pytest.raises(ScenarioError, match=r"rearm\.preset: got None"):
+        RearmSettings(preset=None)  # type: ignore[arg-type]
