@@ -19,14 +19,12 @@ class Clock:
 
     Args:
         step_s: World step; a whole number of control ticks.
-        begin_s: World time of tick 0.
 
     Raises:
         ScenarioError: The world step is not a whole, positive number of control ticks.
     """
 
     step_s: float = 0.1
-    begin_s: float = 0.0
     tick: int = 0
     """Ticks since the start of the run, advanced by the loop."""
 
