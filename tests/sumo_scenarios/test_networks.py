@@ -33,7 +33,7 @@ def name(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def world(name: str) -> Iterator[SumoWorld]:
-    world = SumoWorld(SCENARIOS / name / f"{name}.sumocfg", step_s=0.1, seed=1)
+    world = SumoWorld.headless(SCENARIOS / name / f"{name}.sumocfg", step_s=0.1, seed=1)
     yield world
     world.close()
 

@@ -37,7 +37,7 @@ def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> Simulation:
         WorldError: SUMO cannot start, or runs in this process already.
     """
     sumo = scenario.world.sumo
-    world = SumoWorld(
+    world = SumoWorld.headless(
         scenario.source.folder / sumo.config,
         step_s=scenario.step_s,
         seed=scenario.seed,

@@ -23,7 +23,7 @@ def sumo(tmp_path: Path) -> Iterator[NewWorld]:
 
     def make(*vehicles: str, net: str = "hello", seed: int = 1, options: tuple[str, ...] = ()) -> SumoWorld:
         config = write_config(tmp_path, "".join(vehicles), network(net))
-        made.append(SumoWorld(config, step_s=0.1, seed=seed, options=options))
+        made.append(SumoWorld.headless(config, step_s=0.1, seed=seed, options=options))
         return made[-1]
 
     yield make

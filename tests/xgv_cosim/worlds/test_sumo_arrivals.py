@@ -68,13 +68,15 @@ def test_each_car_has_an_arrival_position_of_its_own(sumo: NewWorld) -> None:
 
 def test_who_was_there_in_a_loaded_state_departs_with_the_first_snapshot(tmp_path: Path) -> None:
     config = write_config(tmp_path, car("a", 100, 10), network("hello"))
-    first = SumoWorld(config, step_s=0.1, seed=1)
+    first = SumoWorld.headless(config, step_s=0.1, seed=1)
     assert first.start().departed == ()
     assert first.step(nobody()).departed == ("a",)
     assert first.step(nobody()).departed == ()
     load_libsumo().simulation.saveState(str(tmp_path / "state.xml"))
     first.close()
-    second = SumoWorld(config, step_s=0.1, seed=1, options=("--load-state", str(tmp_path / "state.xml")))
+    second = SumoWorld.headless(
+        config, step_s=0.1, seed=1, options=("--load-state", str(tmp_path / "state.xml"))
+    )
     snapshot = second.start()
     assert (snapshot.ids, snapshot.departed) == (("a",), ("a",))
     assert second.step(nobody()).departed == ()

@@ -89,7 +89,7 @@ def test_files_in_options_lie_beside_the_configuration(
     config = write_config(tmp_path, car("a", 100, 10), network("hello"))
     (tmp_path / "b.rou.xml").write_text(f"<routes>{car('b', 100, 10, kind='DEFAULT_VEHTYPE')}</routes>")
     monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
-    world = SumoWorld(config, step_s=0.1, seed=1, options=("-r", "b.rou.xml"))
+    world = SumoWorld.headless(config, step_s=0.1, seed=1, options=("-r", "b.rou.xml"))
     world.start()
     assert world.step(nobody()).ids == ("b",)
     world.close()
@@ -104,7 +104,7 @@ def test_a_broken_file_is_found_in_every_spelling(tmp_path: Path, entry: str) ->
     config = tmp_path / "c.sumocfg"
     config.write_text(f'<configuration><net-file v="{network("hello")}"/>{entry}</configuration>')
     with pytest.raises(WorldConfigurationError, match=r"x\.xml is not well-formed XML"):
-        SumoWorld(config, step_s=0.1, seed=1).start()
+        SumoWorld.headless(config, step_s=0.1, seed=1).start()
 
 
 def test_a_configuration_cannot_take_the_seed_from_the_clock(tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_a_configuration_cannot_take_the_seed_from_the_clock(tmp_path: Path) -> 
     config.write_text(
         f'<configuration><net-file value="{network("hello")}"/><random value="true"/></configuration>'
     )
-    world = SumoWorld(config, step_s=0.1, seed=1)
+    world = SumoWorld.headless(config, step_s=0.1, seed=1)
     world.start()
     assert load_libsumo().simulation.getOption("random") == "false"
     world.close()

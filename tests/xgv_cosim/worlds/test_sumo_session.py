@@ -34,7 +34,7 @@ def config_of(folder: Path, *, net: str = GOOD_NET, routes: str = "<routes/>", e
 
 def complaint(config: Path, *, steps: int = 1, options: tuple[str, ...] = ()) -> str:
     """Return the message of the WorldError, and prove that the process can simulate afterwards."""
-    world = SumoWorld(config, step_s=0.1, seed=1, options=options)
+    world = SumoWorld.headless(config, step_s=0.1, seed=1, options=options)
     with pytest.raises(WorldError) as failure:  # noqa: PT012 - some errors show only in a step
         world.start()
         for _ in range(steps):
@@ -42,7 +42,7 @@ def complaint(config: Path, *, steps: int = 1, options: tuple[str, ...] = ()) ->
     world.close()
     after = config.parent / "after"
     after.mkdir()
-    sound = SumoWorld(write_config(after, car("a", 100, 10), network("hello")), step_s=0.1, seed=1)
+    sound = SumoWorld.headless(write_config(after, car("a", 100, 10), network("hello")), step_s=0.1, seed=1)
     sound.start()
     assert sound.step(nobody()).ids == ("a",)
     sound.close()
@@ -147,7 +147,7 @@ def test_nothing_is_printed_and_warnings_are_kept(tmp_path: Path, capfd: pytest.
     """Neither by a configuration that wants to talk nor by a warning on the way."""
     routes = f"<routes>{car('a', 100, 10, kind='DEFAULT_VEHTYPE')}</routes>"
     talkative = config_of(tmp_path, routes=routes, extra='<report><verbose value="true"/></report>')
-    world = SumoWorld(talkative, step_s=0.1, seed=1)
+    world = SumoWorld.headless(talkative, step_s=0.1, seed=1)
     world.start()
     world.step(nobody())
     vehicle = load_libsumo().vehicle
@@ -162,7 +162,7 @@ def test_nothing_is_printed_and_warnings_are_kept(tmp_path: Path, capfd: pytest.
 
 def test_time_counts_from_the_begin_of_the_configuration(tmp_path: Path) -> None:
     config = config_of(tmp_path, extra='<time><begin value="57600"/></time>')
-    world = SumoWorld(config, step_s=0.1, seed=1)
+    world = SumoWorld.headless(config, step_s=0.1, seed=1)
     assert world.start().time_s == 0.0
     assert [world.step(nobody()).time_s for _ in range(3)] == [0.1, 0.2, 0.3]
     world.close()

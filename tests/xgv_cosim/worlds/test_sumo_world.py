@@ -24,7 +24,9 @@ THREE_CARS = (car("front", 240, 10), car("ego", 200, 10, kind="xgv"), car("rear"
 
 class TestSumoWorldContract(WorldContract):
     def new_world(self, folder: Path) -> SumoWorld:
-        return SumoWorld(write_config(folder, "".join(THREE_CARS), network("hello")), step_s=0.1, seed=1)
+        return SumoWorld.headless(
+            write_config(folder, "".join(THREE_CARS), network("hello")), step_s=0.1, seed=1
+        )
 
 
 def column(snapshot: Snapshot, vehicle_id: str, name: str) -> float:

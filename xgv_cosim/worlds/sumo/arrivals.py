@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from types import ModuleType
+    from xgv_cosim.worlds.sumo.engine import Engine
 
 
 @dataclass(slots=True)
@@ -24,7 +24,7 @@ class ArrivalPositions:
     ``arrivalPos="random"`` counts as the end of the edge: SUMO tells nobody what it has drawn.
     """
 
-    libsumo: ModuleType
+    engine: Engine
     _declared_m: dict[str, float] = field(default_factory=dict)
     """Infinite: at the end. Negative: from the end."""
 
@@ -40,13 +40,13 @@ class ArrivalPositions:
 
     def is_on_last_edge(self, vehicle_id: str, edge_id: str) -> bool:
         """Return whether an edge is the last of a vehicle's route, on the last pass if it is a loop."""
-        vehicle = self.libsumo.vehicle
+        vehicle = self.engine.vehicle
         route = vehicle.getRoute(vehicle_id)
         return bool(edge_id == route[-1] and vehicle.getRouteIndex(vehicle_id) == len(route) - 1)
 
     def _read(self) -> dict[str, float]:
         with tempfile.TemporaryDirectory(prefix="xgv-cosim-sumo-") as folder:
-            self.libsumo.simulation.saveState(str(Path(folder) / "state.xml"))
+            self.engine.simulation.saveState(str(Path(folder) / "state.xml"))
             (file,) = Path(folder).iterdir()  # under another name if the user sets --output-prefix
             vehicles = ET.parse(file).getroot().iter("vehicle")  # noqa: S314 - SUMO has just written it
             return {row.get("id", ""): _declared_m(row.get("arrivalPos", "max")) for row in vehicles}

@@ -23,11 +23,10 @@ from xgv_cosim.worlds.sumo.couplings import (
 )
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.base import Placement
+    from xgv_cosim.worlds.sumo.engine import Engine
     from xgv_cosim.worlds.sumo.road import SumoRoad
 
 _ROUTE_END_MARGIN_M = 0.1
@@ -48,19 +47,19 @@ class Binding:
 class Bindings:
     """Writes every bound vehicle with the coupling that its ownership asks for."""
 
-    def __init__(self, libsumo: ModuleType, road: SumoRoad, step_s: float) -> None:
+    def __init__(self, engine: Engine, road: SumoRoad, step_s: float) -> None:
         self.bound: dict[str, Binding] = {}
-        self._libsumo = libsumo
+        self._engine = engine
         self._road = road
         self._step_s = step_s
         self._notes: list[tuple[str, str]] = []
-        self._free = FreeCoupling(libsumo, step_s)
-        self._lane = LaneCoupling(libsumo, step_s)
-        self._lane_keeping = LaneKeeping(libsumo, step_s)
-        self._car_following = CarFollowing(libsumo)
+        self._free = FreeCoupling(engine, step_s)
+        self._lane = LaneCoupling(engine, step_s)
+        self._lane_keeping = LaneKeeping(engine, step_s)
+        self._car_following = CarFollowing(engine)
         self._world_driver = WorldDriver()
-        self._easing = LateralEasing(libsumo, step_s)
-        self._arrivals = ArrivalPositions(libsumo)
+        self._easing = LateralEasing(engine, step_s)
+        self._arrivals = ArrivalPositions(engine)
 
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in; SUMO drives it until the next step."""
@@ -166,7 +165,7 @@ class Bindings:
         """Make ``coupling`` the one that writes the vehicle; calls SUMO only on a change."""
         if binding.coupling is coupling:
             return
-        enter(self._libsumo, vehicle_id, coupling)
+        enter(self._engine, vehicle_id, coupling)
         driver_steered = binding.coupling in {self._lane_keeping, self._world_driver}
         if coupling not in {self._lane_keeping, self._world_driver}:
             self._easing.end(vehicle_id)

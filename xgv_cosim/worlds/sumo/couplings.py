@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from xgv_cosim.worlds.sumo.frames import angle_to_sumo
 
 if TYPE_CHECKING:
-    from types import ModuleType
+    from xgv_cosim.worlds.sumo.engine import Engine
 
 ALL_SPEED_CHECKS = 31
 NO_SPEED_CHECKS = 0
@@ -87,14 +87,14 @@ class FreeCoupling:
     arrives: over the end of its route it rolls by itself.
     """
 
-    libsumo: ModuleType
+    engine: Engine
     step_s: float
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, target: Target) -> None:
         """Place the vehicle and report its speed; SUMO knows no reverse, so that is reported as 0."""
-        vehicle = self.libsumo.vehicle
+        vehicle = self.engine.vehicle
         if target.ends_route:
             rolls_mps = max(target.speed_mps, target.travelled_m / self.step_s, 0.0)
             vehicle.setSpeed(target.vehicle_id, rolls_mps)
@@ -116,42 +116,42 @@ class FreeCoupling:
 class LaneCoupling:
     """Speed and lateral position from the plant, within the lane that SUMO keeps. Forward only."""
 
-    libsumo: ModuleType
+    engine: Engine
     step_s: float
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, target: Target) -> None:
         """Move the vehicle by the distance that the plant has driven, beside the lane's centre."""
-        self.libsumo.vehicle.setSpeed(target.vehicle_id, max(target.travelled_m, 0.0) / self.step_s)
-        self.libsumo.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
+        self.engine.vehicle.setSpeed(target.vehicle_id, max(target.travelled_m, 0.0) / self.step_s)
+        self.engine.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
 
 
 @dataclass(frozen=True, slots=True)
 class LaneKeeping:
     """Speed from the plant; the world's driver keeps the lane (computer brakes, driver steers)."""
 
-    libsumo: ModuleType
+    engine: Engine
     step_s: float
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, target: Target) -> None:
         """Move the vehicle along its lane by the distance that the plant has driven."""
-        self.libsumo.vehicle.setSpeed(target.vehicle_id, max(target.travelled_m, 0.0) / self.step_s)
+        self.engine.vehicle.setSpeed(target.vehicle_id, max(target.travelled_m, 0.0) / self.step_s)
 
 
 @dataclass(frozen=True, slots=True)
 class CarFollowing:
     """Lateral position from the plant; SUMO's car-following model governs speed (manual speed)."""
 
-    libsumo: ModuleType
+    engine: Engine
     speed_mode: int = ALL_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, target: Target) -> None:
         """Set the lateral position."""
-        self.libsumo.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
+        self.engine.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,25 +165,25 @@ class WorldDriver:
         """Leave everything to SUMO."""
 
 
-def enter(libsumo: ModuleType, vehicle_id: str, coupling: Coupling) -> None:
+def enter(engine: Engine, vehicle_id: str, coupling: Coupling) -> None:
     """Switch SUMO's modes for a vehicle that another coupling wrote before."""
-    libsumo.vehicle.setSpeedMode(vehicle_id, coupling.speed_mode)
-    libsumo.vehicle.setLaneChangeMode(vehicle_id, coupling.lane_change_mode)
+    engine.vehicle.setSpeedMode(vehicle_id, coupling.speed_mode)
+    engine.vehicle.setLaneChangeMode(vehicle_id, coupling.lane_change_mode)
     if coupling.speed_mode != NO_SPEED_CHECKS:
-        libsumo.vehicle.setSpeed(vehicle_id, SUMO_GOVERNS_SPEED)
+        engine.vehicle.setSpeed(vehicle_id, SUMO_GOVERNS_SPEED)
 
 
 @dataclass(slots=True)
 class LateralEasing:
     """Brings vehicles that the world's driver steers to the centre of their lane, at a bounded rate."""
 
-    libsumo: ModuleType
+    engine: Engine
     step_s: float
     _offsets_m: dict[str, float] = field(default_factory=dict)
 
     def begin(self, vehicle_id: str) -> None:
         """The world's driver takes the wheel."""
-        self._offsets_m[vehicle_id] = self.libsumo.vehicle.getLateralLanePosition(vehicle_id)
+        self._offsets_m[vehicle_id] = self.engine.vehicle.getLateralLanePosition(vehicle_id)
 
     def end(self, vehicle_id: str) -> None:
         """The computer takes the wheel, or the vehicle is gone."""
@@ -194,7 +194,7 @@ class LateralEasing:
         most_m = EASING_RATE_MPS * self.step_s
         for vehicle_id, offset_m in list(self._offsets_m.items()):
             eased_m = offset_m - max(-most_m, min(most_m, offset_m))
-            self.libsumo.vehicle.setLateralLanePosition(vehicle_id, eased_m)
+            self.engine.vehicle.setLateralLanePosition(vehicle_id, eased_m)
             if eased_m:
                 self._offsets_m[vehicle_id] = eased_m
             else:

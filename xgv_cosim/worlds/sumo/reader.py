@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
     from xgv_cosim.columns import FloatColumn, IntColumn
+    from xgv_cosim.worlds.sumo.engine import OpenSimulation
     from xgv_cosim.worlds.sumo.road import SumoRoad
-    from xgv_cosim.worlds.sumo.session import Session
 
 SIGHT_M = 250.0
 """How far a leader or follower is looked for."""
@@ -44,7 +44,7 @@ class Neighbours(NamedTuple):
 class SnapshotReader:
     """Reads the open simulation into columns; keeps what does not change from step to step."""
 
-    session: Session
+    session: OpenSimulation
     road: SumoRoad
     _bodies: dict[str, Body] = field(default_factory=dict)
     _next_lanes: dict[str, tuple[int, int]] = field(default_factory=dict)
@@ -54,8 +54,8 @@ class SnapshotReader:
 
     def read(self, bound_ids: Collection[str], notes: Sequence[tuple[str, str]] = ()) -> Snapshot:
         """Return the present state; neighbours and next lanes for ``bound_ids`` only."""
-        libsumo = self.session.libsumo
-        vehicle, simulation = libsumo.vehicle, libsumo.simulation
+        engine = self.session.engine
+        vehicle, simulation = engine.vehicle, engine.simulation
         arrived: tuple[str, ...] = tuple(simulation.getArrivedIDList())
         for vehicle_id in arrived:
             self._bodies.pop(vehicle_id, None)
@@ -103,7 +103,7 @@ class SnapshotReader:
         """Return what does not change about a vehicle."""
         body = self._bodies.get(vehicle_id)
         if body is None:
-            vehicle = self.session.libsumo.vehicle
+            vehicle = self.session.engine.vehicle
             body = self._bodies[vehicle_id] = Body(
                 vehicle.getTypeID(vehicle_id),
                 vehicle.getLength(vehicle_id),
@@ -114,7 +114,7 @@ class SnapshotReader:
 
     def _neighbours(self, index_of: dict[str, int], lane: IntColumn, bound_ids: Sequence[str]) -> Neighbours:
         """Return the columns that are filled for bound vehicles only."""
-        vehicle = self.session.libsumo.vehicle
+        vehicle = self.session.engine.vehicle
         next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
         leader_gap_m, follower_gap_m = (np.full(len(index_of), np.inf) for _ in range(2))
         for vehicle_id in bound_ids:
@@ -138,7 +138,7 @@ class SnapshotReader:
             return -1
         known = self._next_lanes.get(vehicle_id)
         if known is None or known[0] != lane:
-            vehicle = self.session.libsumo.vehicle
+            vehicle = self.session.engine.vehicle
             route, index = vehicle.getRoute(vehicle_id), vehicle.getRouteIndex(vehicle_id)
             following = route[index + 1] if index + 1 < len(route) else ""
             known = self._next_lanes[vehicle_id] = (lane, self.road.next_lane(lane, following))

@@ -16,9 +16,8 @@ import numpy as np
 from xgv_cosim.road import LanePoints
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
+    from xgv_cosim.worlds.sumo.engine import Engine
 
 _SHORTEST_SEGMENT_M = 1e-6
 _MOST_LANES_AHEAD = 16
@@ -51,9 +50,9 @@ class SumoRoad:
     """For each lane (edge reached, first lane on the way there), the junction's own lane if it has one."""
 
     @classmethod
-    def read(cls, libsumo: ModuleType) -> SumoRoad:
+    def read(cls, engine: Engine) -> SumoRoad:
         """Read the network of the open simulation."""
-        lane = libsumo.lane
+        lane = engine.lane
         ids: tuple[str, ...] = tuple(lane.getIDList())
         number = {lane_id: index for index, lane_id in enumerate(ids)}
         return cls(

@@ -79,8 +79,8 @@ class Session:
     _opened: ClassVar[Session | None] = None
 
     def __init__(self, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = ()) -> None:
-        self.libsumo: ModuleType = load_libsumo()
-        if Session._opened is not None or self.libsumo.isLoaded():
+        self.engine: ModuleType = load_libsumo()
+        if Session._opened is not None or self.engine.isLoaded():
             raise WorldError(
                 "libsumo already runs a simulation in this process and holds only one; close that one first, "
                 "or run this one in a process of its own"
@@ -104,14 +104,14 @@ class Session:
         own = [Option(name, value) for name, value in chosen.items()]
         self._start(["sumo", *(option.argument for option in (*own, *given))])
         Session._opened = self
-        self.begin_s = float(self.libsumo.simulation.getTime())
+        self.begin_s = float(self.engine.simulation.getTime())
 
     def _start(self, command: list[str]) -> None:
         with tempfile.TemporaryFile() as kept:
             try:
                 with _stderr_kept(kept):
-                    self.libsumo.start(command)
-            except (self.libsumo.TraCIException, self.libsumo.FatalTraCIError) as error:
+                    self.engine.start(command)
+            except (self.engine.TraCIException, self.engine.FatalTraCIError) as error:
                 with _stderr_kept(kept):
                     self._shut()
                 kept.seek(0)
@@ -141,7 +141,7 @@ class Session:
             WorldError: SUMO failed; the session is closed.
         """
         with self.failures():
-            self.libsumo.simulationStep()
+            self.engine.simulationStep()
 
     @contextmanager
     def failures(self) -> Iterator[None]:
@@ -152,7 +152,7 @@ class Session:
         """
         try:
             yield
-        except (self.libsumo.TraCIException, self.libsumo.FatalTraCIError) as error:
+        except (self.engine.TraCIException, self.engine.FatalTraCIError) as error:
             self.close()
             said = [line for line in self.messages if line.startswith("Error")]
             raise WorldError(f"SUMO failed in {self.config_file}: {_sentence(str(error), *said)}") from error
@@ -167,5 +167,5 @@ class Session:
         self._folder.cleanup()
 
     def _shut(self) -> None:
-        if self.libsumo.isLoaded():
-            self.libsumo.close()
+        if self.engine.isLoaded():
+            self.engine.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,31 +15,43 @@ from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from xgv_cosim.actuation import CouplingKind
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.base import Placement
+    from xgv_cosim.worlds.sumo.engine import OpenSimulation
 
 
 class SumoWorld:
     """SUMO traffic. Implements ``World``; can be started again after ``close``.
 
     Args:
-        config_file: SUMO configuration (``.sumocfg``).
+        open_simulation: Opens the simulation, or takes hold of one that is open.
         step_s: Step length; SUMO counts whole milliseconds.
-        seed: Seed of SUMO's random numbers; the same seed gives the same traffic, bit by bit.
-        options: Further SUMO command-line options; they win over those chosen here. Relative names of
-            input files lie below the folder of the configuration.
     """
 
-    def __init__(self, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = ()) -> None:
-        self._config_file = config_file
+    def __init__(self, open_simulation: Callable[[], OpenSimulation], step_s: float) -> None:
+        self._open_simulation = open_simulation
         self._step_s = step_s
-        self._seed = seed
-        self._options = options
-        self._session: Session | None = None
+        self._session: OpenSimulation | None = None
         self._messages: tuple[str, ...] = ()
+
+    @classmethod
+    def headless(
+        cls, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = ()
+    ) -> SumoWorld:
+        """Return a world that runs in this process, without a window.
+
+        Args:
+            config_file: SUMO configuration (``.sumocfg``).
+            step_s: Step length; SUMO counts whole milliseconds.
+            seed: Seed of SUMO's random numbers; the same seed gives the same traffic, bit by bit.
+            options: Further SUMO command-line options; they win over those chosen here. Relative names of
+                input files lie below the folder of the configuration.
+        """
+        return cls(partial(Session, config_file, step_s=step_s, seed=seed, options=options), step_s)
 
     @property
     def road(self) -> SumoRoad:
@@ -64,11 +77,10 @@ class SumoWorld:
         """
         if self._session is not None and self._session.is_open:
             raise WorldError("this world is started already; close it first")
-        session = Session(self._config_file, step_s=self._step_s, seed=self._seed, options=self._options)
-        self._session = session
+        session = self._session = self._open_simulation()
         with session.failures():
-            self._road = SumoRoad.read(session.libsumo)
-            self._bindings = Bindings(session.libsumo, self._road, self._step_s)
+            self._road = SumoRoad.read(session.engine)
+            self._bindings = Bindings(session.engine, self._road, self._step_s)
             self._reader = SnapshotReader(session, self._road)
             self._snapshot = self._reader.read(())
         return self._snapshot
@@ -85,7 +97,7 @@ class SumoWorld:
         from_a_flow = bool(flow) and number.isdecimal()  # SUMO names these only as it inserts them
         session = self._open()
         with session.failures():
-            return from_a_flow or vehicle_id in session.libsumo.vehicle.getLoadedIDList()
+            return from_a_flow or vehicle_id in session.engine.vehicle.getLoadedIDList()
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Take a vehicle of SUMO into the placement from the next step on.
@@ -111,7 +123,7 @@ class SumoWorld:
         if vehicle_id not in self._bindings.bound and here:
             raise WorldError(f"vehicle {vehicle_id!r} is not bound")
         with session.failures():
-            if here or vehicle_id in session.libsumo.vehicle.getTeleportingIDList():
+            if here or vehicle_id in session.engine.vehicle.getTeleportingIDList():
                 self._bindings.give_back(vehicle_id)
             else:
                 self._bindings.forget(vehicle_id)
@@ -153,7 +165,7 @@ class SumoWorld:
             self._messages = self._session.messages
             self._session = None
 
-    def _open(self) -> Session:
+    def _open(self) -> OpenSimulation:
         if self._session is None or not self._session.is_open:
             raise WorldError("the world is closed; start it first")
         return self._session

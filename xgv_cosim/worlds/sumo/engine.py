@@ -1,0 +1,60 @@
+"""SUMO as it is spoken to: the interface that libsumo and traci share, and who holds a simulation."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import Any, Protocol
+
+
+class Engine(Protocol):
+    """The module libsumo, the module traci, or a connection of traci: one object for each domain.
+
+    The domains are described by SUMO's documentation only; neither module carries types.
+    """
+
+    vehicle: Any
+    vehicletype: Any
+    simulation: Any
+    lane: Any
+    route: Any
+    trafficlight: Any
+
+
+class OpenSimulation(Protocol):
+    """A simulation that has been opened, by us or by a user's script."""
+
+    @property
+    def engine(self) -> Engine:
+        """Return the interface by which to speak to it."""
+        ...
+
+    @property
+    def begin_s(self) -> float:
+        """Return SUMO's time when it was opened: 0 in the time of the run."""
+        ...
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether it still runs."""
+        ...
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """Return SUMO's warnings and errors so far, oldest first."""
+        ...
+
+    def step(self) -> None:
+        """Advance SUMO by one step.
+
+        Raises:
+            WorldError: SUMO failed.
+        """
+        ...
+
+    def failures(self) -> AbstractContextManager[None]:
+        """Return a context that makes SUMO's errors ``WorldError``; whatever talks to it stands inside."""
+        ...
+
+    def close(self) -> None:
+        """End it, or let go of it if it is the user's; does nothing the second time."""
+        ...
