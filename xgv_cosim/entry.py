@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+from xgv_cosim.errors import ScenarioError
 from xgv_cosim.runs import Progress, RunResult, run_scenario
 from xgv_cosim.scenario.building import build
 from xgv_cosim.scenario.loading import load_scenario, override
@@ -18,6 +19,8 @@ def simulate(
     *,
     seed: int | None = None,
     set: Sequence[str] = (),  # noqa: A002 - the name of the option on the command line
+    bind: Sequence[str] = (),
+    inject: Sequence[str] = (),
     observers: Sequence[Observer] = (),
 ) -> Simulation:
     """Open a scenario to be stepped by the caller; nothing is written to disk.
@@ -25,16 +28,18 @@ def simulate(
     Use it as a context manager, since one process holds one SUMO simulation at a time.
 
     Args:
-        scenario: Packaged name, path of a scenario file, or a loaded scenario.
+        scenario: Packaged name, path of a scenario file or of a ``.sumocfg``, or a loaded scenario.
         seed: Replaces the scenario's seed.
         set: ``dotted.key=value`` overrides, as on the command line.
+        bind: Further rows of ``bind``, as ``--bind`` takes them; not for a loaded scenario.
+        inject: Further rows of ``injections``, as ``--inject`` takes them; not for a loaded scenario.
         observers: Told of each step and event.
 
     Raises:
         ScenarioError: The scenario is not there, or wrong.
         WorldError: SUMO cannot start, or runs in this process already.
     """
-    return build(_loaded(scenario, seed, set), observers)
+    return build(_loaded(scenario, seed, set, bind, inject), observers)
 
 
 def run(
@@ -43,16 +48,20 @@ def run(
     seed: int | None = None,
     out: str | Path | None = None,
     set: Sequence[str] = (),  # noqa: A002 - the name of the option on the command line
+    bind: Sequence[str] = (),
+    inject: Sequence[str] = (),
     progress: Progress | None = None,
     report: bool = True,
 ) -> RunResult:
     """Run a scenario to its end and return its result, whose ``folder`` holds all that was recorded.
 
     Args:
-        scenario: Packaged name, path of a scenario file, or a loaded scenario.
+        scenario: Packaged name, path of a scenario file or of a ``.sumocfg``, or a loaded scenario.
         seed: Replaces the scenario's seed.
         out: A new or empty folder; None: ``runs/NAME-seedN-TIME``.
         set: ``dotted.key=value`` overrides, as on the command line.
+        bind: Further rows of ``bind``, as ``--bind`` takes them; not for a loaded scenario.
+        inject: Further rows of ``injections``, as ``--inject`` takes them; not for a loaded scenario.
         progress: Called after each step with (simulated seconds, seconds of the whole run).
         report: Write ``report.html`` too.
 
@@ -61,7 +70,7 @@ def run(
         WorldError: SUMO cannot start or failed.
         RecordingError: The folder cannot be written.
     """
-    loaded = _loaded(scenario, seed, set)
+    loaded = _loaded(scenario, seed, set, bind, inject)
     folder = default_folder(loaded) if out is None else Path(out)
     result = run_scenario(loaded, folder, progress=progress)
     if report:
@@ -81,6 +90,16 @@ def default_folder(scenario: Scenario) -> Path:
     return folder
 
 
-def _loaded(scenario: str | Path | Scenario, seed: int | None, overrides: Sequence[str]) -> Scenario:
+def _loaded(
+    scenario: str | Path | Scenario,
+    seed: int | None,
+    overrides: Sequence[str],
+    bind: Sequence[str],
+    inject: Sequence[str],
+) -> Scenario:
     chosen = [*overrides] if seed is None else [*overrides, f"seed={seed}"]
-    return override(scenario, chosen) if isinstance(scenario, Scenario) else load_scenario(scenario, chosen)
+    if not isinstance(scenario, Scenario):
+        return load_scenario(scenario, chosen, bind=bind, inject=inject)
+    if bind or inject:
+        raise ScenarioError("bind and inject go with a scenario's name or file; change a loaded one itself")
+    return override(scenario, chosen)

@@ -9,19 +9,23 @@ import typer
 
 from xgv_cosim.cli.app import app
 from xgv_cosim.cli.exit_codes import EXIT_BAD_INPUT, EXIT_OK
+from xgv_cosim.cli.scenario_options import BindRows, InjectionRows, KeepStep, Overrides
 from xgv_cosim.errors import ScenarioError
 
 
 @app.command()
 def check(
     file: Annotated[
-        str | None, typer.Argument(metavar="FILE", help="Scenario file, its folder, or a packaged name.")
+        str | None,
+        typer.Argument(
+            metavar="FILE", help="Scenario file, its folder, a packaged name, or a SUMO .sumocfg."
+        ),
     ] = None,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value first: injections.0.at_s=12"),
-    ] = None,
+    overrides: Overrides = None,
+    bind: BindRows = None,
+    inject: InjectionRows = None,
     *,
+    keep_step: KeepStep = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of lines.")] = False,
     schema: Annotated[
         bool, typer.Option("--schema", help="Print the JSON Schema of scenario files.")
@@ -34,7 +38,7 @@ def check(
     """
     # pydantic and the YAML reader cost a third of a second, which the other commands need not pay.
     from xgv_cosim.scenario.files import file_problems  # noqa: PLC0415
-    from xgv_cosim.scenario.loading import examine_scenario  # noqa: PLC0415
+    from xgv_cosim.scenario.loading import Additions, examine_scenario  # noqa: PLC0415
     from xgv_cosim.scenario.model import json_schema  # noqa: PLC0415
     from xgv_cosim.scenario.problems import Problem  # noqa: PLC0415
 
@@ -44,9 +48,10 @@ def check(
     if file is None:
         raise ScenarioError("check needs a FILE, for example: xgv-cosim check scenario.yaml")
     name = file
+    additions = Additions(tuple(overrides or ()), tuple(bind or ()), tuple(inject or ()), keep_step)
     problems: tuple[Problem, ...] = ()
     try:
-        examination = examine_scenario(file, overrides or ())
+        examination = examine_scenario(file, additions)
     except ScenarioError as error:
         if not as_json:
             raise

@@ -10,36 +10,37 @@ import typer
 from xgv_cosim.cli.app import app
 from xgv_cosim.cli.exit_codes import EXIT_EXPECTATION_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from xgv_cosim.cli.progress import progress_of, working_on
+from xgv_cosim.cli.scenario_options import BindRows, InjectionRows, KeepStep, Overrides, ScenarioName
 from xgv_cosim.cli.summary import print_summary
 
 
 @app.command()
 def run(
-    scenario: Annotated[
-        str,
-        typer.Argument(help="Name of a packaged scenario (see 'xgv-cosim scenarios'), a file or a folder."),
-    ],
+    scenario: ScenarioName,
     seed: Annotated[int | None, typer.Option(help="Seed of the run; replaces the scenario's.")] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="New folder for the run; default runs/NAME-seedN-TIME.", show_default=False),
     ] = None,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Replace a value of the scenario, e.g. duration_s=30."
-        ),
-    ] = None,
+    overrides: Overrides = None,
+    bind: BindRows = None,
+    inject: InjectionRows = None,
+    *,
+    keep_step: KeepStep = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
-    """Run a scenario headless and write its run folder with report.html."""
+    """Run a scenario headless and write its run folder with report.html.
+
+    A SUMO configuration needs no scenario file: it is run from its begin to its end (300 s if it names
+    none), with the vehicles of --bind bound and the events of --inject.
+    """
     from xgv_cosim.entry import default_folder  # noqa: PLC0415 - engines are dear to import
     from xgv_cosim.reports import write_report  # noqa: PLC0415 - likewise drawing
     from xgv_cosim.runs import RunStatus, run_scenario  # noqa: PLC0415
     from xgv_cosim.scenario.loading import load_scenario  # noqa: PLC0415
 
     chosen = [*(overrides or []), *([] if seed is None else [f"seed={seed}"])]
-    loaded = load_scenario(scenario, chosen)
+    loaded = load_scenario(scenario, chosen, bind=bind or (), inject=inject or (), keep_step=keep_step)
     folder = out if out is not None else default_folder(loaded)
     with progress_of(loaded.name, quiet=quiet) as progress:
         result = run_scenario(loaded, folder, progress=progress)

@@ -24,7 +24,9 @@ from xgv_cosim.scenario.model import (
 from xgv_cosim.scenario.overrides import Override, apply_overrides
 from xgv_cosim.scenario.problems import Path as KeyPath
 from xgv_cosim.scenario.problems import Problem, dotted, word_hint
+from xgv_cosim.scenario.short_rows import add_rows
 from xgv_cosim.scenario.source import ScenarioSource
+from xgv_cosim.scenario.sumo_config import SUFFIX, mapping_of_config
 from xgv_cosim.scenario.translation import problems_of
 from xgv_cosim.scenario.xgv_section import XgvSection
 
@@ -58,20 +60,47 @@ class Examination:
         return self.scenario
 
 
-def load_scenario(path_or_name: str | Path, overrides: Sequence[str] = ()) -> Scenario:
-    """Return the scenario of a YAML file, of a folder with a ``scenario.yaml``, or of a packaged name.
+@dataclass(frozen=True, slots=True)
+class Additions:
+    """What the caller adds to a scenario, as options of the command line spell it."""
 
-    A plain name such as ``hello`` means the packaged scenario first; ``./hello`` means the folder.
+    overrides: tuple[str, ...] = ()
+    """``dotted.key=value`` each, as ``--set`` takes them; list entries by index."""
+    bind: tuple[str, ...] = ()
+    """Rows behind those of ``bind``, as ``--bind`` takes them."""
+    inject: tuple[str, ...] = ()
+    """Rows behind those of ``injections``, as ``--inject`` takes them."""
+    keep_step: bool = False
+    """Of a SUMO configuration: keep its step length."""
+
+
+def load_scenario(
+    path_or_name: str | Path,
+    overrides: Sequence[str] = (),
+    *,
+    bind: Sequence[str] = (),
+    inject: Sequence[str] = (),
+    keep_step: bool = False,
+) -> Scenario:
+    """Return the scenario of a YAML file, a folder with a ``scenario.yaml``, a packaged name or a .sumocfg.
+
+    A plain name such as ``hello`` means the packaged scenario first; ``./hello`` means the folder. A SUMO
+    configuration (``.sumocfg``) needs no scenario file: it is run from its begin to its end, in the
+    scenario's default step unless ``keep_step``.
 
     Args:
         path_or_name: File, folder or packaged name.
         overrides: ``dotted.key=value`` each, as ``--set`` takes them; list entries by index.
+        bind: Further rows of ``bind``, as ``--bind`` takes them (see ``short_rows``).
+        inject: Further rows of ``injections``, as ``--inject`` takes them.
+        keep_step: Keep the step length of a SUMO configuration.
 
     Raises:
         ScenarioError: It is not there, or wrong; every mistake is a line
             ``file:line:column: dotted.key: message (did you mean 'x'?)`` of ``problems``.
     """
-    return examine_scenario(path_or_name, overrides).require()
+    additions = Additions(tuple(overrides), tuple(bind), tuple(inject), keep_step)
+    return examine_scenario(path_or_name, additions).require()
 
 
 def scenario_from_mapping(data: Mapping[str, Any], folder: str | Path) -> Scenario:
@@ -101,13 +130,23 @@ def override(scenario: Scenario, overrides: Sequence[str]) -> Scenario:
     return _examine(data, source, Document("the scenario"), applied, problems, located=False).require()
 
 
-def examine_scenario(path_or_name: str | Path, overrides: Sequence[str] = ()) -> Examination:
+def examine_scenario(path_or_name: str | Path, additions: Additions | None = None) -> Examination:
     """Read a scenario like ``load_scenario``, but return the problems instead of raising them.
 
     Raises:
-        ScenarioError: There is no such scenario, or its file cannot be read.
+        ScenarioError: There is no such scenario, its file cannot be read, or ``keep_step`` has no meaning.
+        WorldConfigurationError: A SUMO configuration is not well-formed.
     """
-    path = find_scenario(path_or_name)
+    path, additions = find_scenario(path_or_name), additions or Additions()
+    if path.suffix == SUFFIX:
+        data = mapping_of_config(path, keep_step=additions.keep_step)
+        kept = [Override("--keep-step", ("step_s",), data["step_s"])] if additions.keep_step else []
+        return _with_additions(data, path, "", Document(_shown(path)), additions, kept, located=False)
+    if additions.keep_step:
+        raise ScenarioError(
+            f"{_shown(path)}: --keep-step is for a SUMO configuration ({SUFFIX}); a scenario names its own "
+            "step_s"
+        )
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
@@ -119,9 +158,30 @@ def examine_scenario(path_or_name: str | Path, overrides: Sequence[str] = ()) ->
     document = read_document(text, _shown(path))
     if document.problems and document.data is None:
         return Examination(document.name, None, tuple(document.problems))
-    data, applied, problems = apply_overrides(document.data, overrides)
-    source = ScenarioSource(path.parent.resolve(), path.resolve(), text, tuple(overrides))
-    return _examine(data, source, document, applied, [*document.problems, *problems])
+    return _with_additions(document.data, path, text, document, additions)
+
+
+def _with_additions(
+    data: Any,  # noqa: ANN401 - a YAML value has any type
+    path: Path,
+    text: str,
+    document: Document,
+    additions: Additions,
+    given: Sequence[Override] = (),
+    *,
+    located: bool = True,
+) -> Examination:
+    """Add what the caller adds, then check the whole; ``given`` are options that are in the data already."""
+    rows: list[Override] = []
+    problems = list(document.problems)
+    if isinstance(data, dict):
+        data, rows, wrong_rows = add_rows(data, additions.bind, additions.inject)
+        problems += wrong_rows
+    data, applied, wrong_options = apply_overrides(data, additions.overrides)
+    source = ScenarioSource(path.parent.resolve(), path.resolve(), text, additions.overrides)
+    return _examine(
+        data, source, document, [*given, *rows, *applied], [*problems, *wrong_options], located=located
+    )
 
 
 def find_scenario(path_or_name: str | Path) -> Path:

@@ -54,6 +54,15 @@ def apply_overrides(data: Any, options: Sequence[str]) -> tuple[Any, list[Overri
     return data, applied, problems
 
 
+def set_key(data: Any, key: str, value: Any) -> Any:  # noqa: ANN401 - a YAML value has any type
+    """Return a copy of ``data`` with the value under a dotted key.
+
+    Raises:
+        LookupError: The key leads through something that has no keys.
+    """
+    return _changed(data, key.split("."), (), value)[0]
+
+
 def _changed(data: Any, parts: list[str], above: Path, value: Any) -> tuple[Any, Path]:  # noqa: ANN401 - a YAML value has any type
     """Return a copy of ``data`` with the value in place, and its path with list indices as numbers."""
     if not parts:

@@ -39,7 +39,7 @@ def sumo_input_files(config_file: Path, options: Sequence[str] = ()) -> tuple[In
     """
     given = [option for option in parse_options(options) if option.name in INPUT_FILES]
     replaced = {option.name for option in given}
-    configured = [option for option in _configured(config_file) if option.name not in replaced]
+    configured = [option for option in configured_options(config_file) if option.name not in replaced]
     return tuple(
         InputFile(option.name, file)
         for option in (*configured, *given)
@@ -48,8 +48,12 @@ def sumo_input_files(config_file: Path, options: Sequence[str] = ()) -> tuple[In
     )
 
 
-def _configured(config_file: Path) -> list[Option]:
-    """Return the options of a configuration file: elements with ``value=``, ``v=`` or text."""
+def configured_options(config_file: Path) -> list[Option]:
+    """Return the options of a configuration file: elements with ``value=``, ``v=`` or text.
+
+    Raises:
+        WorldConfigurationError: The configuration is not well-formed or cannot be read.
+    """
     options: list[Option] = []
     text: list[str] = []
 

@@ -34,6 +34,8 @@ _SYNONYMS = {
     "no-duration-log": "duration-log.disable",
     "srand": "seed",
     "abs-rand": "random",
+    "b": "begin",
+    "e": "end",
 }
 """Full name of each synonym of an option that matters here."""
 _SHORT_SWITCHES = frozenset("HvV?WtQGSDT")
