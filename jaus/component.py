@@ -83,14 +83,16 @@ class Standing(Enum):
 PERMITTED_STATUS_COMMANDS: Mapping[Standing, frozenset[StatusCommand]] = MappingProxyType(
     {
         Standing.CONTROLLER: frozenset(StatusCommand),
-        Standing.DEPUTY: frozenset(
-            {StatusCommand.RESUME, StatusCommand.STANDBY, StatusCommand.SET_EMERGENCY}
-        ),
+        Standing.DEPUTY: frozenset(StatusCommand) - {StatusCommand.SHUTDOWN, StatusCommand.RESET},
         Standing.BYSTANDER: frozenset({StatusCommand.SET_EMERGENCY}),
         Standing.NOBODY_CONTROLS: frozenset(StatusCommand) - {StatusCommand.CLEAR_EMERGENCY},
     }
 )
-"""Who may send what: anyone sets emergency, only the controller clears it (XGV-63)."""
+"""Who may send what: anyone sets emergency, only the controller clears it (XGV-63).
+
+So does the deputy, since the component that controls this one clears nothing itself: else whoever drives
+through it could not undo what a stranger has set. Shutdown and Reset stay with the controller.
+"""
 
 
 class Situation(Enum):
@@ -291,7 +293,7 @@ class Component:
             command: What to do.
             sender: Who asks.
             deputy: Who controls this component's controlling component, if that is a component of
-                the same vehicle: he may send Resume and Standby too.
+                the same vehicle: he may send Resume, Standby and Clear Emergency too.
         """
         standing = self.standing_of(sender, deputy=deputy)
         if command not in PERMITTED_STATUS_COMMANDS[standing]:

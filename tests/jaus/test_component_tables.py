@@ -154,7 +154,12 @@ def test_every_status_command_of_the_controller_xgv_25(
         (
             DEPUTY,
             Standing.DEPUTY,
-            {StatusCommand.RESUME, StatusCommand.STANDBY, StatusCommand.SET_EMERGENCY},
+            {
+                StatusCommand.RESUME,
+                StatusCommand.STANDBY,
+                StatusCommand.SET_EMERGENCY,
+                StatusCommand.CLEAR_EMERGENCY,
+            },
         ),
         (BOB, Standing.BYSTANDER, {StatusCommand.SET_EMERGENCY}),
     ],

@@ -34,7 +34,8 @@ def resolve(fleet: Fleet, groups: Sequence[tuple[VehicleProfile, IntColumn]]) ->
         safety_mode=fleet.safety_mode.copy(),
         longitudinal=fleet.longitudinal.copy(),
         lateral=fleet.lateral.copy(),
-        driver_engaged=np.zeros(fleet.num_slots, np.bool_),
+        speed_engaged=np.zeros(fleet.num_slots, np.bool_),
+        steering_engaged=np.zeros(fleet.num_slots, np.bool_),
         in_run_state=np.zeros(fleet.num_slots, np.bool_),
         stop_demanded=np.zeros(fleet.num_slots, np.bool_),
         pausing=np.zeros(fleet.num_slots, np.bool_),
@@ -65,7 +66,8 @@ def _holding(answer: Resolution, outputs: HeldOutputs, held: BoolColumn) -> Reso
         safety_mode=np.where(held, outputs.safety_mode, answer.safety_mode),
         longitudinal=np.where(held, outputs.longitudinal, answer.longitudinal),
         lateral=np.where(held, outputs.lateral, answer.lateral),
-        driver_engaged=answer.driver_engaged & ~held,
+        speed_engaged=answer.speed_engaged & ~held,
+        steering_engaged=answer.steering_engaged & ~held,
         in_run_state=answer.in_run_state & ~held,
         stop_demanded=answer.stop_demanded & ~held,
         pausing=answer.pausing & ~held,
@@ -79,7 +81,7 @@ def _released_since(released: BoolColumn, since_s: FloatColumn, now_s: float) ->
 def _has_driver(
     fleet: Fleet, engaged: BoolColumn, held: BoolColumn, since_s: FloatColumn, now_s: float
 ) -> BoolColumn:
-    """Return who of those released has a driver by now; who holds the axis already keeps it (XGV-64)."""
+    """Return where the driver has a released axis by now; who holds it already keeps it (XGV-64)."""
     reacted = engaged | held | (now_s - since_s >= fleet.driver_reaction_s - 1e-9)
     present: BoolColumn = (fleet.driver == Driver.WORLD) | ((fleet.driver == Driver.RIDER) & reacted)
     return present
@@ -98,8 +100,8 @@ def take_axes(fleet: Fleet, answer: Resolution, now_s: float) -> AxisModes:
     speed_since = _released_since(speed_released, fleet.speed_released_s, now_s)
     steering_since = _released_since(steering_released, fleet.steering_released_s, now_s)
     drove, steered = fleet.longitudinal == Longitudinal.DRIVER, fleet.lateral == Lateral.DRIVER
-    drives = speed_released & _has_driver(fleet, answer.driver_engaged, drove, speed_since, now_s)
-    steers = steering_released & _has_driver(fleet, answer.driver_engaged, steered, steering_since, now_s)
+    drives = speed_released & _has_driver(fleet, answer.speed_engaged, drove, speed_since, now_s)
+    steers = steering_released & _has_driver(fleet, answer.steering_engaged, steered, steering_since, now_s)
     bound = np.zeros(fleet.num_slots, np.bool_)
     bound[fleet.bound] = True
     waiting = bound & ~handed_over

@@ -31,8 +31,10 @@ class Resolution(NamedTuple):
     """``actuation.Longitudinal``; FREE means released, whoever then takes the axis."""
     lateral: UInt8Column
     """``actuation.Lateral``; FREE means released, whoever then takes the axis."""
-    driver_engaged: BoolColumn
-    """True: the driver caused the release himself and has the released axes at once (XGV-64)."""
+    speed_engaged: BoolColumn
+    """True: the driver himself caused the release of the speed and has it at once (XGV-64)."""
+    steering_engaged: BoolColumn
+    """True: likewise the steering; one axis says nothing about the other."""
     in_run_state: BoolColumn
     """True: the profile's run state with a live command, which ends ``bind.start = handover``."""
     stop_demanded: BoolColumn

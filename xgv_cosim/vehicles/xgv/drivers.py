@@ -1,4 +1,4 @@
-"""Primitive Driver and Motion Profile Driver: who controls them, and their status.
+"""Primitive Driver and Motion Profile Driver: who controls them. Their status: ``status.py``.
 
 The Motion Profile Driver (MPD), once controlled, wants the Primitive Driver (PD) for itself: it asks
 with its controller's authority, at once and then periodically, and gives the PD back when it loses its
@@ -17,9 +17,6 @@ from jaus.component import (
     ControlOutcome,
     ControlRejected,
     Standing,
-    StatusChanged,
-    StatusCommand,
-    StatusCommandRefused,
 )
 from jaus.errors import LocalProtocolError
 from xgv_cosim.endpoint import (
@@ -34,6 +31,7 @@ from xgv_cosim.endpoint import (
 )
 from xgv_cosim.vehicles.xgv.reasons import COMPONENT_NAMES, holder_name
 from xgv_cosim.vehicles.xgv.silence import SilenceWatch
+from xgv_cosim.vehicles.xgv.status import DriverStatus
 
 _ROUNDING_S = 1e-9
 """Deadlines are sums of floats; one this near is due."""
@@ -57,7 +55,6 @@ class Drivers:
         controller_timeout_s: float = 0.0,
     ) -> None:
         self._request_period_s = request_period_s
-        self._initialize_s = initialize_s
         self.primitive = Component(
             JausAddress(subsystem, 1, ComponentId.PRIMITIVE_DRIVER, 1), ComponentStatus.STANDBY
         )
@@ -70,10 +67,7 @@ class Drivers:
         }
         self._ask_s = math.inf
         """When the MPD asks for the PD next."""
-        self._initialized_s: dict[ComponentId, float] = {}
-        """When a component that was reset goes to standby."""
-        self.resume_refusal = ""
-        """Why Resume is refused, empty if it is not (XGV-37)."""
+        self.status = DriverStatus(self.by_id, initialize_s)
         self._silence = SilenceWatch(controller_timeout_s)
         self.loss = ""
         """Who lost control for another reason than a release, until somebody gets control anew."""
@@ -81,13 +75,13 @@ class Drivers:
     @property
     def next_deadline_s(self) -> float:
         """Return when ``handle_deadline`` is due, ``inf`` for never."""
-        return min((self._ask_s, self._silence.next_deadline_s, *self._initialized_s.values()))
+        return min(self._ask_s, self._silence.next_deadline_s, self.status.next_deadline_s)
 
     def delay(self, stopped_s: float) -> None:
         """Put every deadline off by a time in which the controller's clock stood still (XGV-67)."""
         self._ask_s += stopped_s
         self._silence.delay(stopped_s)
-        self._initialized_s = {name: due_s + stopped_s for name, due_s in self._initialized_s.items()}
+        self.status.delay(stopped_s)
 
     def heard(self, sender: JausAddress, now_s: float) -> None:
         """Take note of traffic of any kind (XGV-65)."""
@@ -157,54 +151,18 @@ class Drivers:
             return self._follow(outcomes, component, now_s)
         return []
 
-    def fail(self, component_id: ComponentId, reason: str) -> list[EndpointEvent]:
-        """Put a component into failure; Reset leads out of it (XGV-21)."""
-        self._initialized_s.pop(component_id, None)
-        return _status_events(component_id, self.by_id[component_id].fail(), reason)
-
     def command_status(
         self, message: CommandStatus, sender: JausAddress, now_s: float
     ) -> list[EndpointEvent]:
-        """Take a status command (XGV-25); the PD takes Resume and Standby also from the MPD's controller."""
+        """Take a status command (XGV-25); the PD takes some also from the MPD's controller (XGV-63)."""
         component = self.by_id.get(message.component)
         if component is None:
             return [_refuse_component(message, message.component)]
-        name = COMPONENT_NAMES[message.component]
-        command = message.command.name.lower().replace("_", " ")
-        status = component.status
-        if message.command is StatusCommand.RESUME and self.resume_refusal:
-            return [MessageRefused(message, self.resume_refusal)]
-        outcomes = component.command_status(message.command, sender, deputy=self._deputy_of(component))
-        if any(isinstance(outcome, StatusCommandRefused) for outcome in outcomes):
-            return [MessageRefused(message, self._why_not_permitted(component, name, command, sender))]
-        if message.command is StatusCommand.RESET:
-            # A repeat does not begin anew: clients repeat until they see what they want.
-            self._initialized_s.setdefault(message.component, now_s + self._initialize_s)
-        elif component.status is not ComponentStatus.INITIALIZE:
-            self._initialized_s.pop(message.component, None)
-        if message.command is StatusCommand.RESUME and component.status is not ComponentStatus.READY:
-            reason = f"resume acts in standby only; the {name} is in {status.name.lower()}"
-            return [MessageRefused(message, reason)]
-        return _status_events(message.component, outcomes, f"{command} from {sender}")
-
-    def stand_by(self, reason: str) -> list[EndpointEvent]:
-        """Set the drivers that are ready to standby (XGV-37)."""
-        events: list[EndpointEvent] = []
-        for component_id, component in self.by_id.items():
-            sender = component.controller or component.address
-            if component.status is ComponentStatus.READY:
-                outcomes = component.command_status(StatusCommand.STANDBY, sender)
-                events += _status_events(component_id, outcomes, reason)
-        return events
+        return self.status.command(message, sender, self._deputy_of(component), now_s)
 
     def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
         """End initialisations that are due, and let the MPD ask for the PD again (XGV-19)."""
-        events: list[EndpointEvent] = []
-        for component_id, due_s in tuple(self._initialized_s.items()):
-            if due_s <= now_s + _ROUNDING_S:
-                del self._initialized_s[component_id]
-                outcomes = self.by_id[component_id].finish_initialization()
-                events += _status_events(component_id, outcomes, "initialised")
+        events = self.status.handle_deadline(now_s)
         for silent in self._silence.silent(now_s):
             events += self._take_control_from(silent, now_s)
         if self._ask_s <= now_s + _ROUNDING_S:
@@ -234,14 +192,6 @@ class Drivers:
         """Return who may resume ``component`` because he controls the MPD that controls it."""
         mpd_holds_it = component is self.primitive and component.controller == self.profile.address
         return self.profile.controller if mpd_holds_it else None
-
-    def _why_not_permitted(self, component: Component, name: str, command: str, sender: JausAddress) -> str:
-        standing = component.standing_of(sender, deputy=self._deputy_of(component))
-        if standing is Standing.NOBODY_CONTROLS:
-            return f"only its controller may send {command} to the {name}, and it has none"
-        return (
-            f"{sender} may not send {command}: {self.holder_name(component.controller)} controls the {name}"
-        )
 
     def _follow(
         self, outcomes: list[ControlOutcome], component: Component, now_s: float
@@ -297,14 +247,20 @@ class Drivers:
                 events.append(
                     EndpointChanged("component_control", f"{name}: {before}", f"{name}: {after}", (reason,))
                 )
-                if outcome.before is not None and outcome.after is not None and not self._is_own(outcome):
+                if self._is_preemption(outcome):
                     events.append(ControlPreempted(f"{name}: {before}", f"{name}: {after}", (reason,)))
         return events
 
-    def _is_own(self, change: ControlChanged) -> bool:
-        """Return whether the MPD's controller takes the PD from the MPD: the same client as before."""
-        mpd_had_it = change.before is not None and change.before.controller == self.profile.address
-        return mpd_had_it and change.after is not None and change.after.controller == self.profile.controller
+    def _is_preemption(self, change: ControlChanged) -> bool:
+        """Return whether another client has the component now; the MPD has it for its own controller."""
+        before, after = (
+            None if control is None else self._client_of(control.controller)
+            for control in (change.before, change.after)
+        )
+        return before is not None and after is not None and before != after
+
+    def _client_of(self, controller: JausAddress) -> JausAddress | None:
+        return self.profile.controller if controller == self.profile.address else controller
 
 
 def _refuse_component(
@@ -315,19 +271,3 @@ def _refuse_component(
         f"the {COMPONENT_NAMES[component]} takes no {type(message).__name__}; "
         "only the Primitive Driver and the Motion Profile Driver do",
     )
-
-
-def _status_events(
-    component: ComponentId, outcomes: list[StatusChanged | StatusCommandRefused], reason: str
-) -> list[EndpointEvent]:
-    name = COMPONENT_NAMES[component]
-    return [
-        EndpointChanged(
-            "component_status",
-            f"{name}: {outcome.before.name.lower()}",
-            f"{name}: {outcome.after.name.lower()}",
-            (reason,),
-        )
-        for outcome in outcomes
-        if isinstance(outcome, StatusChanged)
-    ]

@@ -13,6 +13,7 @@ from jaus.component import Component, ComponentStatus
 from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, WrenchEffort
 from xgv_cosim.endpoint import (
     CommandStatus,
+    ControlPreempted,
     DevicesCommanded,
     EndpointChanged,
     EndpointEvent,
@@ -38,19 +39,15 @@ from xgv_cosim.vehicles.xgv.modes import (
     ControlMode,
     ReadyMode,
     SafetyMode,
-    is_software_ready,
-    resolve_control_mode,
-    resolve_ready_mode,
 )
 from xgv_cosim.vehicles.xgv.motion import CommandInForce, MotionCommand, motion_fault
 from xgv_cosim.vehicles.xgv.reasons import (
     COMPONENT_NAMES,
-    control_mode_reason,
     mode_name,
-    ready_mode_reasons,
     safety_mode_reasons,
 )
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
+from xgv_cosim.vehicles.xgv.software_modes import SoftwareModes
 
 
 class XgvEndpoint:
@@ -74,18 +71,17 @@ class XgvEndpoint:
         self._safety_mode = SafetyMode.SOFTWARE_PAUSE
         self._safety_devices = 0
         self._auxiliaries = Auxiliaries(needs_control=settings.nonmotion_needs_control)
-        self._control_mode = self._resolve_control_mode()
-        self._ready_mode = self._resolve_ready_mode()
+        self._modes = SoftwareModes(self._drivers, settings.control_mode_both_clients)
 
     @property
     def control_mode(self) -> ControlMode:
         """Return the control mode (XGV-15)."""
-        return self._control_mode
+        return self._modes.control
 
     @property
     def ready_mode(self) -> ReadyMode:
         """Return the ready mode (XGV-22 to 24)."""
-        return self._ready_mode
+        return self._modes.ready
 
     @property
     def device_bits(self) -> int:
@@ -159,13 +155,13 @@ class XgvEndpoint:
             case DiscreteDevices():
                 standing = self._drivers.standing(sender)
                 return self._auxiliaries.take_devices(
-                    message, self._safety_mode, self._control_mode, standing
+                    message, self._safety_mode, self._modes.control, standing
                 )
             case Signals():
                 return self._auxiliaries.take_signals(message, self._safety_mode, sender)
             case _:
                 assert_never(message)
-        return events + self._enter_modes()
+        return self._settle(events)
 
     def delay(self, stopped_s: float) -> None:
         """Put every deadline off by a time in which the controller was frozen (XGV-67)."""
@@ -203,7 +199,7 @@ class XgvEndpoint:
 
     def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
         """Let the MPD ask for the PD again (XGV-19), initialisations end and the silent go (XGV-65)."""
-        return self._drivers.handle_deadline(now_s) + self._enter_modes()
+        return self._settle(self._drivers.handle_deadline(now_s))
 
     def command_expired(self, now_s: float) -> list[EndpointEvent]:
         """Go on to the next motion; without one raise 9157 or 9158, by the kind that has ended (XGV-43)."""
@@ -213,7 +209,8 @@ class XgvEndpoint:
         successor = self._motion.advance(now_s)
         if successor is not None:
             return [successor]
-        return self._faults.raise_code(_timeout_of(ended))
+        is_motion = isinstance(ended, MotionProfile)
+        return self._faults.raise_code(MOTION_PROFILES_TIMEOUT if is_motion else WRENCH_EFFORTS_TIMEOUT)
 
     def raise_error(self, code: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
         """Raise an error or a warning (XGV-38); a repeat has no effect.
@@ -225,7 +222,7 @@ class XgvEndpoint:
         """
         events = self._faults.raise_code(code)
         if code == CONTROLLER_FAILED and events:
-            events += self._drivers.fail(ComponentId.MOTION_PROFILE_DRIVER, "its controllers failed")
+            events += self._drivers.status.fail(ComponentId.MOTION_PROFILE_DRIVER, "its controllers failed")
         return events + self._enter_modes()
 
     def clear_error(self, code: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
@@ -238,22 +235,20 @@ class XgvEndpoint:
 
     def refuse_resume(self, reason: str) -> None:
         """Refuse Resume for ``reason`` from now on, or allow it again (XGV-37)."""
-        self._drivers.resume_refusal = reason
+        self._drivers.status.resume_refusal = reason
 
     def stand_by(self, reason: str, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
         """Set the drivers that are ready to standby (XGV-37)."""
-        return self._drivers.stand_by(reason) + self._enter_modes()
+        return self._drivers.status.stand_by(reason) + self._enter_modes()
 
     def reasons(self, safety_devices: int) -> tuple[str, ...]:
         """Return why the safety mode is what it is, strongest cause first."""
         return safety_mode_reasons(
             safety_devices,
             self._faults.codes,
-            self._control_mode,
-            self._ready_mode,
-            self._drivers.primitive,
-            self._drivers.profile,
-            self._drivers.loss,
+            self._modes.control,
+            self._modes.control_reason,
+            self._modes.ready_reasons,
         )
 
     def _take_command(self, command: MotionCommand, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
@@ -269,77 +264,46 @@ class XgvEndpoint:
         events: list[EndpointEvent] = [self._motion.take(command, sender, now_s)]
         for code in sorted(COMMAND_TIMEOUTS & self._faults.codes):
             events += self._faults.end_cause(code)
-        return events
+        resumed = self._drivers.status.command_accepted(sender)
+        return events + resumed + self._enter_modes() if resumed else events
 
     def _why_refused(self, target: Component, mode: ControlMode, sender: JausAddress) -> str:
         """Return why a motion command of ``sender`` is not accepted, empty if it is."""
-        why = control_mode_reason(self._control_mode, self._drivers.primitive, self._drivers.profile)
-        in_force = f"control mode is {mode_name(self._control_mode)} ({why})"
+        in_force = f"control mode is {mode_name(self._modes.control)} ({self._modes.control_reason})"
         if target.controller != sender:
             holder = self._drivers.holder_name(target.controller)
             name = COMPONENT_NAMES[ComponentId(target.address.component)]
             return f"{holder} controls the {name}, not {sender}; {in_force}"
-        if self._control_mode is not mode:
+        if self._modes.control is not mode:
             return f"{in_force}, but the command needs {mode_name(mode)}"
         return ""
 
-    def _resolve_control_mode(self) -> ControlMode:
-        return resolve_control_mode(
-            self._drivers.primitive.controller,
-            self._drivers.profile.controller,
-            mpd_address=self._drivers.profile.address,
-            both_clients=self._settings.control_mode_both_clients,
-        )
+    def _settle(self, events: list[EndpointEvent]) -> list[EndpointEvent]:
+        """Let the modes follow from what has happened to the drivers.
 
-    def _resolve_ready_mode(self) -> ReadyMode:
-        return resolve_ready_mode(
-            self._control_mode, self._drivers.primitive.status, self._drivers.profile.status
-        )
+        A pre-emption ends the command in force, and with it everything that is executed: a software pause
+        for that reason alone, until the first command of the new controller (XGV-66). Where control mode
+        becomes software pause by it, that is the pause.
+        """
+        preempted = any(isinstance(event, ControlPreempted) for event in events)
+        if preempted and self._motion.command is not None:
+            why = f"{self._motion.commander} was preempted"
+            events = events + self._motion.drop(why)
+            if self._modes.control_now() is not ControlMode.SOFTWARE_PAUSE:
+                events += self._drivers.status.stand_by_for_command(why)
+        return events + self._enter_modes()
 
     def _enter_modes(self) -> list[EndpointEvent]:
         """Compute control and ready mode anew, and drop a command that has lost its ground (XGV-70)."""
-        primitive, profile = self._drivers.primitive, self._drivers.profile
-        events: list[EndpointEvent] = []
-        before, self._control_mode = self._control_mode, self._resolve_control_mode()
-        why = control_mode_reason(self._control_mode, primitive, profile)
-        if self._control_mode is ControlMode.SOFTWARE_PAUSE and self._drivers.loss:
-            why = f"{why}: {self._drivers.loss}"
-        if self._control_mode is not before:
-            change = f"control mode changed from {mode_name(before)} to {mode_name(self._control_mode)}"
-            events += self._motion.drop(f"{change}: {why}")
-            events.append(
-                EndpointChanged("control_mode", before.name.lower(), self._control_mode.name.lower(), (why,))
-            )
-        elif self._motion.commander not in {primitive.controller, profile.controller}:
-            events += self._preempt(why)
-        was, self._ready_mode = self._ready_mode, self._resolve_ready_mode()
-        if self._ready_mode is not was:
-            reasons = ready_mode_reasons(self._control_mode, primitive, profile) or (
-                "all that is needed is ready",
-            )
-            events.append(
-                EndpointChanged("ready_mode", was.name.lower(), self._ready_mode.name.lower(), reasons)
-            )
-        return events + self._show_warnings()
-
-    def _preempt(self, why: str) -> list[EndpointEvent]:
-        """Drop the command of one who lost control to another in the same control mode (XGV-66).
-
-        Nothing of his is executed any more, so his command has ended without a successor: software
-        pause by 9157 or 9158, until the new controller's first command (XGV-43).
-        """
-        ended, loser = self._motion.command, self._motion.commander
-        events = self._motion.drop(f"{loser} lost control: {why}")
-        if ended is not None:
-            events += self._faults.raise_code(_timeout_of(ended), f"{loser} was preempted: {why}")
-        return events
+        before = self._modes.control
+        changes = self._modes.enter()
+        dropped: list[EndpointEvent] = []
+        if self._modes.control is not before:
+            change = f"control mode changed from {mode_name(before)} to {mode_name(self._modes.control)}"
+            dropped = self._motion.drop(f"{change}: {self._modes.control_reason}")
+        return [*dropped, *changes, *self._show_warnings()]
 
     def _show_warnings(self) -> list[EndpointEvent]:
-        ready = is_software_ready(self._control_mode, self._ready_mode)
         return self._faults.show_warnings(
-            warnings_of(self._safety_mode, self._safety_devices, software_ready=ready)
+            warnings_of(self._safety_mode, self._safety_devices, software_ready=self._modes.are_ready)
         )
-
-
-def _timeout_of(command: MotionProfile | WrenchEffort) -> int:
-    return MOTION_PROFILES_TIMEOUT if isinstance(command, MotionProfile) else WRENCH_EFFORTS_TIMEOUT

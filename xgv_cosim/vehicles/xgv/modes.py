@@ -207,14 +207,19 @@ def resolve_lateral(
     return Lateral.CLOSED_LOOP if control_mode is ControlMode.MOTION_PROFILES else Lateral.OPEN_LOOP
 
 
-def is_driver_engaged(safety_mode: SafetyMode, partial_mode: int) -> bool:
-    """Return whether the driver himself caused the release of axes and has them at once (XGV-64).
+def is_driver_engaged(safety_mode: SafetyMode, partial_mode: int, manual_axis: int) -> bool:
+    """Return whether the driver himself caused the release of an axis and has it at once (XGV-64).
 
-    So it is under an override, in an inactive car, and for what the partial mode leaves to him; a
-    disable comes without his doing.
+    So it is under an override, in an inactive car, and for the axis that the partial mode leaves to him;
+    a disable and steering that is not initialised come without his doing, whatever else he has.
+
+    Args:
+        safety_mode: In force now.
+        partial_mode: Bits of Report Vehicle Mode, field 5.
+        manual_axis: The axis asked for, as its bit of the partial mode.
     """
     if safety_mode in PARTIAL_MODE_ACTS_IN:
-        return bool(partial_mode & (MANUAL_STEERING | MANUAL_SPEED))
+        return bool(partial_mode & manual_axis)
     return safety_mode is not SafetyMode.ESTOP_DISABLE
 
 

@@ -18,7 +18,6 @@ from xgv_cosim.vehicles.xgv.modes import (
     STEERING_AWAITS_USER,
     STEERING_UNINITIALISED,
     ControlMode,
-    ReadyMode,
 )
 
 COMPONENT_NAMES = {
@@ -81,33 +80,45 @@ def control_mode_reason(mode: ControlMode, primitive_driver: Component, profile_
 
 
 def ready_mode_reasons(
-    control_mode: ControlMode, primitive_driver: Component, profile_driver: Component
+    control_mode: ControlMode,
+    primitive_driver: Component,
+    profile_driver: Component,
+    standby_reason: str = "",
 ) -> tuple[str, ...]:
-    """Return which of the needed components are not ready; empty when all are (XGV-22 to 24)."""
+    """Return which of the needed components are not ready; empty when all are (XGV-22 to 24).
+
+    ``standby_reason`` says why the car itself has set them to standby, if it has (XGV-37, XGV-66).
+    """
     if control_mode not in {ControlMode.WRENCH_EFFORTS, ControlMode.MOTION_PROFILES}:
         return ("neither wrench efforts nor motion profiles",)
     needed = [primitive_driver]
     if control_mode is ControlMode.MOTION_PROFILES:
         needed.append(profile_driver)
-    return tuple(
+    reasons = [
         f"{COMPONENT_NAMES[ComponentId(component.address.component)]} is in {component.status.name.lower()}"
         for component in needed
         if component.status is not ComponentStatus.READY
-    )
+    ]
+    if standby_reason and any(component.status is ComponentStatus.STANDBY for component in needed):
+        reasons.append(standby_reason)
+    return tuple(reasons)
 
 
 def safety_mode_reasons(
     devices: int,
     errors: Collection[int],
     control_mode: ControlMode,
-    ready_mode: ReadyMode,
-    primitive_driver: Component,
-    profile_driver: Component,
-    loss: str = "",
+    control_reason: str,
+    not_ready: Collection[str],
 ) -> tuple[str, ...]:
     """Return everything that speaks against drive-by-wire, strongest first (figure B).
 
-    ``loss`` says who lost control and why, if it was not by a release (XGV-65).
+    Args:
+        devices: Safety-device bits of Report Vehicle Mode, field 6.
+        errors: Codes that are raised.
+        control_mode: In force now.
+        control_reason: Why it is in force.
+        not_ready: Why the ready mode is software pause; nothing where it is not.
     """
     reasons = [text for bit, text in _DEVICE_REASONS if devices & bit]
     if devices & ERRORS_DETECTED:
@@ -115,12 +126,9 @@ def safety_mode_reasons(
         reasons += pausing or ["errors detected"]
     reasons += [text for bit, text in _STEERING_REASONS if devices & bit]
     if control_mode is ControlMode.SOFTWARE_PAUSE:
-        why = control_mode_reason(control_mode, primitive_driver, profile_driver)
-        why = f"{why}: {loss}" if loss else why
-        reasons.append(f"control mode software pause: {why}")
-    elif ready_mode is ReadyMode.SOFTWARE_PAUSE:
-        why = ", ".join(ready_mode_reasons(control_mode, primitive_driver, profile_driver))
-        reasons.append(f"ready mode software pause: {why}")
+        reasons.append(f"control mode software pause: {control_reason}")
+    elif not_ready:
+        reasons.append(f"ready mode software pause: {', '.join(not_ready)}")
     return tuple(reasons) or (
         f"no device, error or pause in force; control mode {mode_name(control_mode)}, ready",
     )

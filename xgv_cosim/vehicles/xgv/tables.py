@@ -51,7 +51,8 @@ class AxisTables(NamedTuple):
 
     longitudinal: UInt8Column
     lateral: UInt8Column
-    driver_engaged: BoolColumn
+    speed_engaged: BoolColumn
+    steering_engaged: BoolColumn
     in_run_state: BoolColumn
 
 
@@ -59,6 +60,7 @@ def _build_axis_tables(without_command: PauseSteering) -> AxisTables:
     tables = AxisTables(
         np.zeros(_SHAPE, np.uint8),
         np.zeros(_SHAPE, np.uint8),
+        np.zeros(_SHAPE, np.bool_),
         np.zeros(_SHAPE, np.bool_),
         np.zeros(_SHAPE, np.bool_),
     )
@@ -70,7 +72,8 @@ def _build_axis_tables(without_command: PauseSteering) -> AxisTables:
         tables.lateral[cell] = resolve_lateral(
             safety, control, kind, partial, steering_initialised=initialised, without_command=without_command
         )
-        tables.driver_engaged[cell] = is_driver_engaged(safety, partial)
+        tables.speed_engaged[cell] = is_driver_engaged(safety, partial, MANUAL_SPEED)
+        tables.steering_engaged[cell] = is_driver_engaged(safety, partial, MANUAL_STEERING)
         tables.in_run_state[cell] = is_run_state(safety, control, kind)
     return tables
 
@@ -101,7 +104,8 @@ def resolve(inputs: ModeInputs, without_command: PauseSteering) -> Resolution:
         safety_mode=safety_mode,
         longitudinal=tables.longitudinal[cells],
         lateral=tables.lateral[cells],
-        driver_engaged=tables.driver_engaged[cells],
+        speed_engaged=tables.speed_engaged[cells],
+        steering_engaged=tables.steering_engaged[cells],
         in_run_state=tables.in_run_state[cells],
         stop_demanded=STOP_DEMANDED_TABLE[safety_mode],
         pausing=PAUSING_TABLE[safety_mode],

@@ -60,7 +60,7 @@ def test_disable_brakes_fully_and_is_never_masked_xgv_31(
     demanded = (devices & (4 | 32) > 0) & (control != ControlMode.UNKNOWN)
     np.testing.assert_array_equal(answer.longitudinal == Longitudinal.FULL_BRAKE, demanded)
     assert (answer.lateral[demanded] == Lateral.FREE).all()
-    assert not answer.driver_engaged[demanded].any()
+    assert not (answer.speed_engaged | answer.steering_engaged)[demanded].any()
     assert answer.stop_demanded[demanded].all()
 
 
@@ -81,7 +81,7 @@ def test_partial_mode_is_ignored_outside_its_three_modes_xgv_39(
     shape = (2048, 4, 3, 4, 3)
     safety = answer.safety_mode.reshape(shape)
     outside = ~np.isin(safety[:, :, :, 0, :], [int(mode) for mode in BY_WIRE])
-    for column in (answer.longitudinal, answer.lateral, answer.driver_engaged):
+    for column in (answer.longitudinal, answer.lateral, answer.speed_engaged, answer.steering_engaged):
         by_partial = column.reshape(shape)
         for partial in range(1, 4):
             np.testing.assert_array_equal(
@@ -160,8 +160,9 @@ def test_stop_is_demanded_by_estop_pause_and_disable_alone(
 def test_driver_has_at_once_what_he_took_himself_xgv_64(everything: tuple[PauseSteering, Resolution]) -> None:
     _, answer = everything
     overridden = np.isin(answer.safety_mode, [0, 9, 10])
-    by_partial = np.isin(answer.safety_mode, [1, 2, 8]) & (EVERYTHING[3] > 0)
-    np.testing.assert_array_equal(answer.driver_engaged, overridden | by_partial)
+    partial_acts = np.isin(answer.safety_mode, [1, 2, 8])
+    for bit, engaged in ((1, answer.steering_engaged), (2, answer.speed_engaged)):
+        np.testing.assert_array_equal(engaged, overridden | (partial_acts & (EVERYTHING[3] & bit > 0)))
 
 
 @pytest.mark.parametrize("devices", [16 | 64, 16 | 2])
@@ -218,7 +219,7 @@ def test_unknown_control_mode_is_an_inactive_system_xgv_01_xgv_32() -> None:
 def test_look_up_keeps_shape_and_types() -> None:
     answer = resolve(columns(*EVERYTHING[:, :7]), PauseSteering.HOLD_CURVATURE)
     assert {column.shape for column in answer} == {(7,)}
-    assert [column.dtype for column in answer] == [np.uint8] * 3 + [np.bool_] * 4
+    assert [column.dtype for column in answer] == [np.uint8] * 3 + [np.bool_] * 5
     assert SOFTWARE_READY_TABLE.sum() == 2
 
 

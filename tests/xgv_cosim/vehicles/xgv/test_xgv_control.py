@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -22,10 +23,12 @@ from tests.xgv_cosim.vehicles.xgv.stories import (
     Story,
     refusal,
 )
-from xgv_cosim.commands import Signals, Turn
+from xgv_cosim.commands import MotionProfile, Signals, Turn
 from xgv_cosim.endpoint import (
+    CommandAccepted,
     CommandDropped,
     CommandStatus,
+    ControlPreempted,
     EndpointChanged,
     MessageRefused,
     ReleaseControl,
@@ -72,23 +75,105 @@ def test_mpd_hands_its_controllers_authority_on_to_the_pd_xgv_19() -> None:
 
 
 @pytest.mark.parametrize(
-    ("setup", "command", "component", "code"), [(TO_MOTION, MOTION, MPD, 9157), (TO_WRENCH, WRENCH, PD, 9158)]
+    ("setup", "command", "component"), [(TO_MOTION, MOTION, MPD), (TO_WRENCH, WRENCH, PD)]
 )
-def test_preemption_of_a_driven_car_is_a_software_pause_xgv_66(
-    setup: tuple[StackMessage, ...], command: StackMessage, component: ComponentId, code: int
+def test_preemption_of_a_driven_car_is_a_software_pause_for_its_own_reason_xgv_66(
+    setup: tuple[StackMessage, ...], command: StackMessage, component: ComponentId
 ) -> None:
-    """The control mode stays, so the pause comes of the command that has ended without a successor."""
+    """The control mode stays; no time-out error: nothing has timed out (XGV-43)."""
     story = Story()
     story.say(*setup, command)
-    before = story.modes
+    control, _ = story.modes
     events = story.say(RequestControl(component, 7), sender=BOB)
-    assert story.modes == before
+    assert story.modes == (control, ReadyMode.SOFTWARE_PAUSE)
     assert [type(event) for event in events if isinstance(event, CommandDropped)] == [CommandDropped]
-    assert story.endpoint.errors == {code}
-    assert story.endpoint.device_bits == 128
-    raised = [e for e in events if isinstance(e, EndpointChanged) and e.kind == "error"]
-    assert "1.2.4.1 was preempted" in raised[0].reasons[1]
+    assert story.endpoint.command_expired(5.0) == []
+    assert story.endpoint.device_bits == 0
+    assert story.endpoint.errors == {9178}
+    assert story.endpoint.reasons(0)[0].endswith("is in standby, 1.2.4.1 was preempted")
+    refusal(story.say(command))
+    assert story.modes == (control, ReadyMode.SOFTWARE_PAUSE)
     story.say(command, sender=BOB)
+    assert story.modes == (control, ReadyMode.READY)
+    assert "first command of 1.3.4.1" in str(story.log[-3:])
+    assert story.endpoint.errors == frozenset()
+
+
+def test_whoever_preempts_may_also_resume_the_car_before_he_commands_it_xgv_66() -> None:
+    story = Story()
+    story.say(*TO_MOTION, MOTION)
+    story.say(RequestControl(MPD, 7), RESUME_PD, RESUME_MPD, sender=BOB)
+    assert story.modes == (ControlMode.MOTION_PROFILES, ReadyMode.READY)
+    assert "preempted" not in story.endpoint.reasons(0)[0]
+
+
+@pytest.mark.parametrize(
+    "by_bob",
+    [StatusCommand.STANDBY, StatusCommand.RESET, StatusCommand.SET_EMERGENCY, StatusCommand.SHUTDOWN],
+)
+def test_a_status_of_the_new_controllers_own_outlasts_his_first_command_xgv_25_xgv_66(
+    by_bob: StatusCommand,
+) -> None:
+    """Only what the pre-emption has paused goes on by itself, not what he has paused himself."""
+    story = Story()
+    story.say(*TO_MOTION, MOTION)
+    story.say(RequestControl(MPD, 7), CommandStatus(MPD, by_bob), MOTION, sender=BOB)
+    assert story.endpoint.ready_mode is ReadyMode.SOFTWARE_PAUSE
+    assert story.endpoint.component_status[PD] is ComponentStatus.READY
+
+
+def test_a_preemption_that_must_be_resumed_is_not_ended_by_a_command_xgv_37_xgv_66() -> None:
+    """``xgv.rearm.preemption`` alone decides: the simulation then sets the drivers to standby for it."""
+    story = Story()
+    story.say(*TO_MOTION, MOTION)
+    story.say(RequestControl(MPD, 7), sender=BOB)
+    assert story.endpoint.stand_by("set to standby by the pre-emption", 0.0) == []
+    story.say(MOTION, sender=BOB)
+    assert story.endpoint.ready_mode is ReadyMode.SOFTWARE_PAUSE
+    assert "1.2.4.1 was preempted" in story.endpoint.reasons(0)[0]
+    story.say(RESUME_PD, RESUME_MPD, sender=BOB)
+    assert story.endpoint.ready_mode is ReadyMode.READY
+
+
+def test_a_preemption_that_changes_the_control_mode_pauses_too_xgv_66() -> None:
+    """Alice drives by wrench efforts; Bob takes the MPD, and that the PD from her: both are ready."""
+    story = Story()
+    story.say(*TO_MOTION)
+    story.say(*TO_WRENCH, WRENCH)
+    story.say(RequestControl(MPD, 7), sender=BOB)
+    assert story.modes == (ControlMode.MOTION_PROFILES, ReadyMode.SOFTWARE_PAUSE)
+    assert "1.2.4.1 was preempted" in story.endpoint.reasons(0)[0]
+    story.say(MOTION, sender=BOB)
+    assert story.modes == (ControlMode.MOTION_PROFILES, ReadyMode.READY)
+
+
+def test_where_control_mode_pauses_by_a_preemption_the_status_stays_xgv_24_xgv_66() -> None:
+    story = Story()
+    story.say(*TO_MOTION, MOTION)
+    story.say(RequestControl(PD, 7), sender=BOB)
+    assert story.endpoint.control_mode is ControlMode.SOFTWARE_PAUSE
+    assert set(story.endpoint.component_status.values()) == {ComponentStatus.READY}
+    assert 9157 not in story.endpoint.errors
+
+
+def test_a_client_that_changes_from_wrench_to_motion_preempts_nobody_xgv_66() -> None:
+    """Its own MPD takes the PD from it, with its higher authority."""
+    story = Story()
+    story.say(RequestControl(PD, 6), RESUME_PD, WRENCH)
+    events = story.say(RequestControl(MPD, 7))
+    assert story.endpoint.component_controller[PD] == MPD_ADDRESS
+    assert not [event for event in events if isinstance(event, ControlPreempted)]
+    assert story.endpoint.component_status[PD] is ComponentStatus.READY
+
+
+def test_a_timeout_before_the_preemption_stays_until_the_first_command_xgv_43_xgv_66() -> None:
+    story = Story()
+    story.say(*TO_MOTION, MOTION)
+    story.endpoint.command_expired(0.4)
+    story.say(RequestControl(MPD, 7), sender=BOB)
+    assert story.endpoint.errors == {9157}
+    assert story.endpoint.ready_mode is ReadyMode.READY
+    story.say(MOTION, sender=BOB)
     assert story.endpoint.errors == frozenset()
 
 
@@ -199,10 +284,81 @@ def test_emergency_status_is_ready_mode_software_pause_and_nothing_more_xgv_63()
     assert story.modes == (ControlMode.MOTION_PROFILES, ReadyMode.SOFTWARE_PAUSE)
     assert story.endpoint.device_bits == 0
     assert story.endpoint.reasons(0) == ("ready mode software pause: Primitive Driver is in emergency",)
-    # The MPD, not Alice, controls the PD: as its deputy she may resume it, not clear its emergency.
-    assert "may not send clear emergency" in refusal(
-        story.say(CommandStatus(PD, StatusCommand.CLEAR_EMERGENCY))
-    )
+
+
+def test_who_drives_through_the_mpd_clears_a_strangers_emergency_on_the_pd_xgv_63() -> None:
+    """The MPD controls the PD, and clears nothing itself; the stranger cannot clear it either."""
+    story = Story()
+    story.say(*TO_MOTION, MOTION)
+    story.say(CommandStatus(PD, StatusCommand.SET_EMERGENCY), sender=BOB)
+    clear = CommandStatus(PD, StatusCommand.CLEAR_EMERGENCY)
+    assert "1.3.4.1 may not send clear emergency" in refusal(story.say(clear, sender=BOB))
+    story.say(clear)
+    assert story.endpoint.component_status[PD] is ComponentStatus.STANDBY
+    story.say(RESUME_PD)
+    assert story.modes == (ControlMode.MOTION_PROFILES, ReadyMode.READY)
+
+
+@pytest.mark.parametrize("command", [StatusCommand.RESET, StatusCommand.SHUTDOWN])
+def test_reset_and_shutdown_of_the_pd_are_its_controllers_own_xgv_10(command: StatusCommand) -> None:
+    """No stranger can bring a PD that the MPD holds where only Reset leads out; the refusal names the way."""
+    story = Story()
+    story.say(*TO_MOTION)
+    reason = refusal(story.say(CommandStatus(PD, command)))
+    assert reason.endswith("controls the Primitive Driver; release the Motion Profile Driver first")
+    assert story.modes == (ControlMode.MOTION_PROFILES, ReadyMode.READY)
+
+
+def released(story: Story) -> None:
+    story.say(ReleaseControl(MPD), ReleaseControl(PD))
+
+
+def silent(story: Story) -> None:
+    story.wait_until(5.0)
+
+
+@pytest.mark.parametrize("setup", [TO_MOTION, TO_WRENCH], ids=["motion", "wrench"])
+@pytest.mark.parametrize("ending", [released, silent])
+def test_who_gives_up_control_or_loses_it_leaves_no_timeout_xgv_43_xgv_65_xgv_70(
+    setup: tuple[StackMessage, ...], ending: Callable[[Story], None]
+) -> None:
+    """The command is dropped with the control mode: none is left that could expire."""
+    story = Story(wrench_timeout_s=60.0)
+    story.say(*setup, MotionProfile(10.0, 2.0, 0.0, 0.1, 60.0) if setup is TO_MOTION else WRENCH)
+    ending(story)
+    assert story.endpoint.control_mode is ControlMode.SOFTWARE_PAUSE
+    assert story.changes("error") == []
+    assert story.endpoint.command_expired(60.0) == []
+    assert story.endpoint.device_bits == 0
+
+
+@pytest.mark.parametrize(
+    "command",
+    [StatusCommand.STANDBY, StatusCommand.SHUTDOWN, StatusCommand.RESET, StatusCommand.SET_EMERGENCY],
+)
+@pytest.mark.parametrize(
+    ("setup", "component", "motion", "code"),
+    [(TO_MOTION, MPD, MOTION, 9157), (TO_WRENCH, PD, WRENCH, 9158)],
+    ids=["motion", "wrench"],
+)
+def test_a_status_raises_no_timeout_but_a_stream_that_ends_in_it_does_xgv_33_xgv_43(
+    setup: tuple[StackMessage, ...],
+    component: ComponentId,
+    motion: StackMessage,
+    code: int,
+    command: StatusCommand,
+) -> None:
+    """A status is the ready mode and nothing more: the pause steers on by commands, so they are watched."""
+    story = Story()
+    story.say(*setup, motion)
+    events = story.say(CommandStatus(component, command))
+    assert not [event for event in events if isinstance(event, CommandDropped)]
+    assert (story.endpoint.ready_mode, story.endpoint.device_bits) == (ReadyMode.SOFTWARE_PAUSE, 0)
+    assert isinstance(story.say(motion)[0], CommandAccepted)
+    story.endpoint.command_expired(1.0)
+    assert story.endpoint.errors >= {code}
+    story.say(motion)
+    assert code not in story.endpoint.errors
 
 
 def test_shut_down_component_comes_back_by_reset_only_xgv_25() -> None:

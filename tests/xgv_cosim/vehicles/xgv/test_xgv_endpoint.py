@@ -156,7 +156,7 @@ def test_motion_of_a_preempted_client_is_dropped_xgv_10_xgv_70() -> None:
     events = story.say(RequestControl(MPD, authority=255), sender=BOB)
     assert story.endpoint.control_mode is ControlMode.MOTION_PROFILES
     dropped = [event for event in events if isinstance(event, CommandDropped)]
-    assert [event.reason.startswith("1.2.4.1 lost control") for event in dropped] == [True]
+    assert [event.reason == "1.2.4.1 was preempted" for event in dropped] == [True]
     assert "1.3.4.1 controls the Motion Profile Driver, not 1.2.4.1" in refusal(story.say(MOTION))
     assert story.endpoint.command_expired(0.4) == []
 

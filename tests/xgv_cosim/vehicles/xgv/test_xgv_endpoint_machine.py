@@ -43,6 +43,7 @@ class Conversation(RuleBasedStateMachine):
         self.endpoint = XgvEndpoint(XgvSettings(motion_allow_many=True))
         self.now_s = 0.0
         self.expires_s = math.inf
+        self.commander: JausAddress | None = None
         self.safety_mode = SafetyMode.SOFTWARE_PAUSE
         self.heard_s: dict[JausAddress, float] = {}
         self.lasting: set[int] = set()
@@ -64,6 +65,10 @@ class Conversation(RuleBasedStateMachine):
         before = self.state()
         events = self.endpoint.receive(message, sender, self.now_s)
         self.heard_s[sender] = self.now_s
+        if any(isinstance(event, CommandAccepted) for event in events):
+            self.commander = sender
+        raised = {event.after for event in events if isinstance(event, EndpointChanged)}
+        assert not raised & {"9157", "9158"}  # XGV-43, XGV-66: no message lets a command time out
         if any(isinstance(event, MessageRefused) for event in events):
             assert all(isinstance(event, MessageRefused | DevicesCommanded) for event in events)
             assert self.state() == before  # an illegal input changes nothing
@@ -183,6 +188,12 @@ class Conversation(RuleBasedStateMachine):
                 self.hear(self.endpoint.handle_deadline(self.now_s))
                 assert self.endpoint.next_deadline_s > self.now_s
         self.now_s = until_s
+
+    @invariant()
+    def only_a_controllers_command_is_in_force(self) -> None:
+        """XGV-10, XGV-66, XGV-70: it ends with his control, however he loses it."""
+        if self.expires_s < math.inf:
+            assert self.commander in self.endpoint.component_controller.values()
 
     @invariant()
     def nobody_silent_controls_anything(self) -> None:
