@@ -81,3 +81,5 @@ class CouplingKind(StrEnum):
     """Pose and speed from the plant, anywhere."""
     LANE = "lane"
     """Speed and lateral position within the lane that the world keeps."""
+    AUTO = "auto"
+    """Within the lane while the plant's pose is exact there, freely otherwise."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from xgv_cosim.columns import FloatColumn, IntColumn
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +54,12 @@ class Snapshot:
     """Index of the vehicle behind in ``ids``, -1: none within sight; filled for bound vehicles."""
     follower_gap_m: FloatColumn
     """Distance from rear bumper to the follower's front bumper, ``inf`` without a follower."""
+    placement_error_m: FloatColumn
+    """Distance of the front bumper from where the plant put it; 0 where a driver of the world's moves it."""
+    placement_error_rad: FloatColumn
+    """Difference of the heading from the plant's, 0 or more, likewise."""
+    in_lane_frame: BoolColumn
+    """Whether a bound vehicle was written as speed and lateral position in its lane in this step."""
     departed: tuple[str, ...] = ()
     """Who was not in the snapshot before: entered the world, was there from its start, or came back."""
     arrived: tuple[str, ...] = ()

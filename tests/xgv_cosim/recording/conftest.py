@@ -35,6 +35,9 @@ def _snapshot(*ids: str, **columns: object) -> Snapshot:
         "leader_gap_m": np.full(n, np.inf),
         "follower": none,
         "follower_gap_m": np.full(n, np.inf),
+        "placement_error_m": np.zeros(n),
+        "placement_error_rad": np.zeros(n),
+        "in_lane_frame": np.zeros(n, np.bool_),
     }
     return Snapshot(**{**values, **columns})  # type: ignore[arg-type]
 

@@ -141,7 +141,7 @@ recorder = Recorder(Path(sys.argv[1]) / "run", safety_mode_name=str, reserve_byt
 try:
     for step in range(100_000):
         snapshot = Snapshot(0.1 * step, ("xgv_0",), ("car",), one * step, one, one, one, one, one, one,
-                            none, one, none, none, one, none, one)
+                            none, one, none, none, one, none, one, one, one, one > 0.0)
         recorder.record_step(10 * step, fleet, snapshot)
         recorder.record_event(Event(0.1 * step, "xgv_0", "note", reasons=("x" * 2000,)))
 except RecordingError as error:

@@ -117,6 +117,9 @@ class Traffic:
             leader_gap_m=gaps,
             follower=none,
             follower_gap_m=np.full(n, np.inf),
+            placement_error_m=np.zeros(n),
+            placement_error_rad=np.zeros(n),
+            in_lane_frame=np.zeros(n, np.bool_),
             arrived=gone,
         )
 

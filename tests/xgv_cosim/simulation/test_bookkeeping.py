@@ -71,8 +71,9 @@ def test_sources_hold_together_and_patterns_choose_when_the_injection_begins() -
 
 
 def snapshot_with(*collisions: Collision) -> Snapshot:
-    none, ints = np.zeros(0), np.zeros(0, np.int64)
-    return Snapshot(0.0, (), (), *[none] * 7, ints, none, ints, ints, none, ints, none, collisions=collisions)
+    none, ints, bits = np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.bool_)
+    columns = [*[none] * 7, ints, none, ints, ints, none, ints, *[none] * 3, bits]
+    return Snapshot(0.0, (), (), *columns, collisions=collisions)
 
 
 def test_a_collision_is_one_event_however_long_it_lasts() -> None:
@@ -90,9 +91,8 @@ def test_the_heading_step_at_a_hand_over_fades_instead_of_showing() -> None:
     slots, rows = np.array([slot]), np.array([0])
     one, ints = np.zeros(1), np.zeros(1, np.int64)
     lane_heading = np.array([3.1])
-    snapshot = Snapshot(
-        0.0, ("a",), ("t",), one, one, lane_heading, *[one] * 4, ints, one, ints, ints, one, ints, one
-    )
+    after_heading = [*[one] * 4, ints, one, ints, ints, one, ints, *[one] * 3, one > 0.0]
+    snapshot = Snapshot(0.0, ("a",), ("t",), one, one, lane_heading, *after_heading)
     fleet.motion.heading_rad[slot] = -3.1  # across the seam of the angle
     steered = np.zeros(fleet.num_slots, np.bool_)
     steered[slot] = True

@@ -107,9 +107,25 @@ def test_lane_coupling_moves_exactly_by_the_distance_and_offset_asked(sumo: NewW
         assert after.lateral_m == pytest.approx(lateral_m, abs=1e-9)
 
 
-def test_lane_coupling_reports_the_mean_speed_of_the_step(sumo: NewWorld) -> None:
-    ego = Ego(sumo(EGO), CouplingKind.LANE)
-    assert ego.drive(9.0, travelled_m=0.95).speed_mps == pytest.approx(9.5)
+@pytest.mark.parametrize("computer", [COMPUTER, DRIVER_STEERS])
+@pytest.mark.parametrize("kind", list(CouplingKind))
+def test_every_coupling_reports_the_speed_at_the_end_of_the_step(
+    sumo: NewWorld, kind: CouplingKind, computer: tuple[bool, bool]
+) -> None:
+    """To us, and to SUMO's own drivers; harder than the type can brake, and moved by the mean all the same."""
+    ego = Ego(sumo(EGO), kind)
+    for _ in range(10):
+        ego.drive(12.0, computer)  # until auto has settled
+    for speed_mps in (11.0, 9.0, 7.2, 7.3, 0.0, 0.0, 1.0):
+        before = ego.state
+        mean_mps = 0.5 * (before.speed_mps + speed_mps)
+        after = ego.drive(speed_mps, computer, travelled_m=mean_mps * STEP_S)
+        assert after.speed_mps == speed_mps
+        assert ego.libsumo.vehicle.getSpeed("ego") == pytest.approx(speed_mps, abs=1e-9)
+        assert after.position_m - before.position_m == pytest.approx(mean_mps * STEP_S, abs=1e-6)
+        accel_mps2 = ego.snapshot.accel_mps2[ego.snapshot.index_of["ego"]]
+        if kind is not CouplingKind.FREE or computer != COMPUTER:
+            assert accel_mps2 == pytest.approx((speed_mps - before.speed_mps) / STEP_S, abs=1e-6)
 
 
 def test_lane_coupling_follows_the_lane_over_a_junction(sumo: NewWorld) -> None:

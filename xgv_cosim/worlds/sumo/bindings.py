@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.errors import WorldError
 from xgv_cosim.worlds.sumo.arrivals import ArrivalPositions
+from xgv_cosim.worlds.sumo.automatic import TOLERANCE_M, TOLERANCE_RAD, Choice, is_exact
 from xgv_cosim.worlds.sumo.couplings import (
     CarFollowing,
     Coupling,
@@ -17,13 +18,15 @@ from xgv_cosim.worlds.sumo.couplings import (
     LaneCoupling,
     LaneKeeping,
     LateralEasing,
+    MirrorCoupling,
     Target,
     WorldDriver,
     enter,
 )
+from xgv_cosim.worlds.sumo.lane_frame import InLane, LaneFrames
 
 if TYPE_CHECKING:
-    from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
+    from xgv_cosim.columns import BoolColumn, IntColumn
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.base import Placement
     from xgv_cosim.worlds.sumo.engine import Engine
@@ -42,6 +45,8 @@ class Binding:
     """What wrote it last, None before the first step."""
     gives_way: str = ""
     """Why the free coupling stands in for the one that ownership asks for, empty while it does not."""
+    choice: Choice = field(default_factory=Choice)
+    """Between the two that ``CouplingKind.AUTO`` has."""
 
 
 class Bindings:
@@ -55,11 +60,18 @@ class Bindings:
         self._notes: list[tuple[str, str]] = []
         self._free = FreeCoupling(engine, step_s)
         self._lane = LaneCoupling(engine, step_s)
+        self._mirror = MirrorCoupling(engine, step_s)
+        self._by_kind: dict[CouplingKind, Coupling] = {
+            CouplingKind.FREE: self._free,
+            CouplingKind.LANE: self._lane,
+            CouplingKind.AUTO: self._mirror,  # as long as it is exact, see ``write``
+        }
         self._lane_keeping = LaneKeeping(engine, step_s)
         self._car_following = CarFollowing(engine)
         self._world_driver = WorldDriver()
         self._easing = LateralEasing(engine, step_s)
         self._arrivals = ArrivalPositions(engine)
+        self._frames = LaneFrames(road)
 
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in; SUMO drives it until the next step."""
@@ -69,10 +81,12 @@ class Bindings:
         """Leave a vehicle to SUMO's driver for good."""
         self._switch(vehicle_id, self.bound[vehicle_id], self._world_driver)
         del self.bound[vehicle_id]
+        self._frames.forget(vehicle_id)
 
     def forget(self, vehicle_id: str) -> None:
         """Drop a vehicle that SUMO has no longer."""
         self.bound.pop(vehicle_id, None)
+        self._frames.forget(vehicle_id)
         self._easing.end(vehicle_id)
 
     def take_notes(self) -> tuple[tuple[str, str], ...]:
@@ -93,8 +107,12 @@ class Bindings:
         if not before.ids:
             return
         rows = np.array([before.index_of.get(vehicle_id, -1) for vehicle_id in placement.ids], np.int64)
-        lateral_m, inside = self._place_in_lane(placement, before, rows)
         ends_route = self._ends_route(placement, before, rows)
+        in_lane = self._in_lane(placement, before, rows)
+        leads_on = self._leads_on(placement, before, rows) | ends_route
+        along_m = in_lane.position_m - before.lane_position_m[rows]
+        exact = is_exact(in_lane, along_m, at_rest=placement.speed_mps == 0.0) & leads_on
+        inside = ~(np.abs(in_lane.body_lateral_m) > 0.5 * in_lane.width_m)
         for number, vehicle_id in enumerate(placement.ids):
             binding = self.bound[vehicle_id]
             if rows[number] < 0:
@@ -102,7 +120,10 @@ class Bindings:
             coupling = self._asked_for(
                 binding, bool(placement.computer_speed[number]), bool(placement.computer_steering[number])
             )
-            if coupling is self._free:
+            if coupling is self._mirror:
+                coupling = self._mirror if binding.choice.mirrors(bool(exact[number])) else self._free
+                binding.gives_way = ""
+            elif coupling is self._free:
                 binding.gives_way = ""
             else:
                 coupling = self._possible(
@@ -112,6 +133,7 @@ class Bindings:
                     off_road=before.lane[rows[number]] < 0,
                     outside=not inside[number] and not ends_route[number],
                     reverses=placement.travelled_m[number] < 0.0,
+                    leads_on=bool(leads_on[number]),
                 )
             self._switch(vehicle_id, binding, coupling)
             coupling.write(
@@ -122,16 +144,31 @@ class Bindings:
                     float(placement.heading_rad[number]),
                     float(placement.speed_mps[number]),
                     float(placement.travelled_m[number]),
-                    float(lateral_m[number]),
+                    float(along_m[number]),
+                    float(in_lane.lateral_m[number]),
                     bool(ends_route[number]),
                 )
             )
         self._easing.advance()
 
+    @property
+    def in_lane_frame(self) -> frozenset[str]:
+        """Return who was written as speed and lateral position in its lane in the last step."""
+        own = {self._lane, self._mirror}
+        return frozenset(name for name, binding in self.bound.items() if binding.coupling in own)
+
+    def learn(self, after: Snapshot) -> None:
+        """Place those freely for a while whom SUMO has further from the plant's pose than was foreseen."""
+        wrong = (after.placement_error_m > TOLERANCE_M) | (after.placement_error_rad > TOLERANCE_RAD)
+        for row in np.flatnonzero(wrong & after.in_lane_frame).tolist():
+            binding = self.bound.get(after.ids[row])
+            if binding is not None:
+                binding.choice.refuse()
+
     def _asked_for(self, binding: Binding, computer_speed: bool, computer_steering: bool) -> Coupling:
         """Return the coupling that ownership asks for, see ``couplings``."""
         if computer_speed and computer_steering:
-            return self._free if binding.kind is CouplingKind.FREE else self._lane
+            return self._by_kind[binding.kind]
         if computer_speed:
             return self._lane_keeping
         if computer_steering:
@@ -147,6 +184,7 @@ class Bindings:
         off_road: bool,
         outside: bool,
         reverses: bool,
+        leads_on: bool,
     ) -> Coupling:
         """Return ``asked``, or the free coupling where SUMO cannot do that; a note says when and why."""
         reason = ""
@@ -156,6 +194,8 @@ class Bindings:
             reason = "body centre outside the lane"
         elif reverses and asked in {self._lane, self._lane_keeping}:
             reason = "reversing, which SUMO's lanes do not know"
+        elif not leads_on and asked is self._lane:
+            reason = "at the end of a lane that does not lead on along its route"
         if reason != binding.gives_way:
             self._notes.append((vehicle_id, f"placed freely: {reason}" if reason else "back in its lane"))
             binding.gives_way = reason
@@ -173,39 +213,32 @@ class Bindings:
             self._easing.begin(vehicle_id)
         binding.coupling = coupling
 
-    def _place_in_lane(
-        self, placement: Placement, before: Snapshot, rows: IntColumn
-    ) -> tuple[FloatColumn, BoolColumn]:
-        """Return each front bumper's offset from its lane's centre, and whether the body centre is inside.
+    def _in_lane(self, placement: Placement, before: Snapshot, rows: IntColumn) -> InLane:
+        """Return where the placed vehicles lie in their lanes.
 
-        Left out (0 and inside) where nobody asks: whoever is placed freely anyway.
+        Left out (0, no error) where nobody asks: whoever is placed freely anyway.
         """
-        lateral_m, inside = np.zeros(len(rows)), np.ones(len(rows), np.bool_)
+        here = rows >= 0
+        self._frames.follow(
+            placement.ids, np.where(here, before.lane[rows], -1), np.where(here, before.next_lane[rows], -1)
+        )
+        columns = InLane(*(np.zeros(len(rows)) for _ in InLane._fields))
         by_plant = placement.computer_speed & placement.computer_steering
-        in_lane = [self.bound[name].kind is CouplingKind.LANE for name in placement.ids]
-        asked = np.flatnonzero((rows >= 0) & (~by_plant | np.array(in_lane, np.bool_)))
+        freely = np.array([self.bound[name].kind is CouplingKind.FREE for name in placement.ids], np.bool_)
+        asked = np.flatnonzero(here & ~(by_plant & freely))
         if len(asked):
-            lateral_m[asked], inside[asked] = self._offsets(placement, before, rows[asked], asked)
-        return lateral_m, inside
+            found = self._frames.project(placement, before, rows[asked], asked)
+            for column, values in zip(columns, found, strict=True):
+                column[asked] = values
+        return columns
 
-    def _offsets(
-        self, placement: Placement, before: Snapshot, rows: IntColumn, asked: IntColumn
-    ) -> tuple[FloatColumn, BoolColumn]:
-        """Return offset and "body centre inside" of the vehicles at ``asked`` in the placement."""
-        front_x_m, front_y_m = placement.front_x_m[asked], placement.front_y_m[asked]
-        lane = before.lane[rows]
-        position_m = before.lane_position_m[rows] + placement.travelled_m[asked]
-        next_lane = before.next_lane[rows]
-        # The plant's distance and SUMO's differ where the driver governs speed: look again where it is.
-        for _ in range(2):
-            centre = self._road.points_ahead(lane, position_m, next_lane)
-            ahead_x_m, ahead_y_m = front_x_m - centre.x_m, front_y_m - centre.y_m
-            cosine, sine = np.cos(centre.heading_rad), np.sin(centre.heading_rad)
-            position_m = position_m + np.nan_to_num(ahead_x_m * cosine + ahead_y_m * sine)
-        lateral_m = ahead_y_m * cosine - ahead_x_m * sine
-        half_length_m = 0.5 * before.length_m[rows]
-        body_m = lateral_m - half_length_m * np.sin(placement.heading_rad[asked] - centre.heading_rad)
-        return lateral_m, np.abs(body_m) <= 0.5 * self._road.lane_width_m(lane)
+    def _leads_on(self, placement: Placement, before: Snapshot, rows: IntColumn) -> BoolColumn:
+        """Return whose lane goes on along the route, or does not end within this step."""
+        lane = np.where(rows >= 0, before.lane[rows], -1)
+        left_m = self._road.lane_length_m(lane) - before.lane_position_m[rows]
+        reach_m = np.maximum(placement.travelled_m, placement.speed_mps * self._step_s)
+        leads_on: BoolColumn = (before.next_lane[rows] >= 0) | (left_m > reach_m)
+        return leads_on
 
     def _ends_route(self, placement: Placement, before: Snapshot, rows: IntColumn) -> BoolColumn:
         """Return whose route ends within this step, at the arrival position if the demand names one."""

@@ -5,7 +5,7 @@ Who governs which axis decides how it is written:
 ====================  =========================  ==========================================
 speed                 steering                   written as
 ====================  =========================  ==========================================
-computer              computer                   the binding's coupling: free or lane
+computer              computer                   free, lane, or (auto) mirrored where that is exact
 computer              world's driver             ``LaneKeeping``: SUMO keeps the lane
 world's driver        computer                   ``CarFollowing``: SUMO governs the speed
 world's driver        world's driver             ``WorldDriver``: SUMO drives
@@ -54,6 +54,8 @@ class Target(NamedTuple):
     heading_rad: float
     speed_mps: float
     travelled_m: float
+    along_m: float
+    """Distance along the lane from where SUMO has the front bumper to where the plant puts it."""
     lateral_m: float
     """Offset of the front bumper from the lane's centre line, positive left."""
     ends_route: bool
@@ -124,6 +126,24 @@ class LaneCoupling:
     def write(self, target: Target) -> None:
         """Move the vehicle by the distance that the plant has driven, beside the lane's centre."""
         self.engine.vehicle.setSpeed(target.vehicle_id, max(target.travelled_m, 0.0) / self.step_s)
+        self.engine.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
+
+
+@dataclass(frozen=True, slots=True)
+class MirrorCoupling:
+    """The plant's pose in the frame of its lane, for poses that SUMO can have there (``lane_frame``).
+
+    Unlike ``LaneCoupling`` it follows the pose rather than the distance driven, so that errors do not add up.
+    """
+
+    engine: Engine
+    step_s: float
+    speed_mode: int = NO_SPEED_CHECKS
+    lane_change_mode: int = NO_LANE_CHANGES
+
+    def write(self, target: Target) -> None:
+        """Move the vehicle to the plant's place along and across its lane."""
+        self.engine.vehicle.setSpeed(target.vehicle_id, max(target.along_m, 0.0) / self.step_s)
         self.engine.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
 
 

@@ -136,6 +136,10 @@ class SumoRoad:
         """Return the lane that leads from ``lane`` to the edge, -1 if none does."""
         return next((index for edge, index in self.successors[lane] if edge == edge_id), -1)
 
+    def only_successor(self, lane: int) -> int:
+        """Return where a lane goes on when it has only one way to, else -1."""
+        return int(self._only_successor[lane])
+
     def points_ahead(self, lane: IntColumn, position_m: FloatColumn, next_lane: IntColumn) -> LanePoints:
         """Return the centre-line points at ``position_m``; ``nan`` off-road.
 

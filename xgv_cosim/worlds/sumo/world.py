@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from xgv_cosim.errors import WorldError
 from xgv_cosim.worlds.sumo.bindings import Bindings
+from xgv_cosim.worlds.sumo.placed import as_placed
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
@@ -153,9 +151,17 @@ class SumoWorld:
         session.step()
         with session.failures():
             snapshot = self._reader.read(self._bindings.bound, self._bindings.take_notes())
+            self._snapshot = as_placed(
+                session.engine,
+                snapshot,
+                placement,
+                self._snapshot,
+                self._bindings.in_lane_frame,
+                self._step_s,
+            )
         for vehicle_id in snapshot.arrived:
             self._bindings.forget(vehicle_id)
-        self._snapshot = _with_reverse_speeds(snapshot, placement)
+        self._bindings.learn(self._snapshot)
         return self._snapshot
 
     def close(self) -> None:
@@ -169,16 +175,3 @@ class SumoWorld:
         if self._session is None or not self._session.is_open:
             raise WorldError("the world is closed; start it first")
         return self._session
-
-
-def _with_reverse_speeds(snapshot: Snapshot, placement: Placement) -> Snapshot:
-    """Return the snapshot with the true speed of whoever drives backwards: SUMO knows only 0 or more."""
-    backwards = np.flatnonzero((placement.speed_mps < 0.0) & placement.computer_speed)
-    if not len(backwards):
-        return snapshot
-    speed_mps = snapshot.speed_mps.copy()
-    for number in backwards:
-        row = snapshot.index_of.get(placement.ids[number])
-        if row is not None:
-            speed_mps[row] = placement.speed_mps[number]
-    return replace(snapshot, speed_mps=speed_mps)
