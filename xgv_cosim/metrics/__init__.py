@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 from xgv_cosim.metrics.gaps import GapLows
+from xgv_cosim.metrics.placements import PlacementRow
 from xgv_cosim.metrics.stops import StopMetrics, stop_metrics
 from xgv_cosim.metrics.surrogate import time_to_collision_s
 from xgv_cosim.metrics.watch import VehicleSeries, Watch
 
-__all__ = ["GapLows", "StopMetrics", "VehicleSeries", "Watch", "stop_metrics", "time_to_collision_s"]
+__all__ = [
+    "GapLows",
+    "PlacementRow",
+    "StopMetrics",
+    "VehicleSeries",
+    "Watch",
+    "stop_metrics",
+    "time_to_collision_s",
+]

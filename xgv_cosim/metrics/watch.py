@@ -14,6 +14,7 @@ from xgv_cosim.columns import FloatColumn, IntColumn
 from xgv_cosim.events import Event
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.metrics.gaps import GapLows, LeastGaps
+from xgv_cosim.metrics.placements import PlacementRow, Placements
 from xgv_cosim.metrics.surrogate import time_to_collision_s
 from xgv_cosim.parameters import GRAVITY_MPS2
 from xgv_cosim.snapshot import Snapshot
@@ -69,6 +70,7 @@ class Watch:
         self._rows: dict[str, list[tuple[float, ...]]] = {}
         self._contacts: dict[tuple[str, str], Contact] = {}
         self._gaps = LeastGaps()
+        self._placements = Placements()
         self._odometer_m: dict[str, float] = {}
         self._last_rows: dict[str, int] = {}
         self._last_table = np.zeros((0, len(VehicleSeries._fields)))
@@ -109,6 +111,7 @@ class Watch:
         """Return a row of ``VehicleSeries`` for each vehicle, shape ``(n, columns)``."""
         slots = np.array(at, np.int64)
         rows = np.array([snapshot.index_of[name] for name in names], np.int64)
+        self._placements.note(snapshot, names, rows)
         own = fleet.motion.speed_mps[slots]
         leader, follower = snapshot.leader[rows], snapshot.follower[rows]
         leader_gap = np.where(leader >= 0, snapshot.leader_gap_m[rows], np.inf)
@@ -146,6 +149,11 @@ class Watch:
     def gap_lows(self) -> dict[str, GapLows]:
         """Return how the least gaps of every vehicle that was ever bound went down."""
         return self._gaps.lows()
+
+    @property
+    def placements(self) -> dict[str, PlacementRow]:
+        """Return how exactly the world had every vehicle that was ever bound."""
+        return self._placements.rows()
 
     def series(self) -> dict[str, VehicleSeries]:
         """Return the series of each watched vehicle that was ever bound."""

@@ -223,7 +223,7 @@ def _metric_tables(injected: tuple[Injected, ...]) -> list[dict[str, Any]]:
 
 
 def _other_vehicles(run: RunData) -> list[list[str]]:
-    """Return rows (vehicle, seconds in each safety mode, collisions) of the vehicles left alone."""
+    """Return rows (vehicle, seconds in each mode, placement error, collisions) of the vehicles left alone."""
     rows = []
     for name, vehicle in run.result.get("vehicles", {}).items():
         if vehicle.get("injections"):
@@ -231,7 +231,8 @@ def _other_vehicles(run: RunData) -> list[list[str]]:
         metrics = vehicle.get("metrics", {})
         spent = (metrics.get("time_in_mode_s") or {}).items()
         modes = ", ".join(f"{mode_style(mode).label} {number(seconds, 1, 's')}" for mode, seconds in spent)
-        rows.append([name, modes, number(metrics.get("collisions"), 0)])
+        placed = number(metrics.get("placement_error_m"), 3, "m")
+        rows.append([name, modes, placed, number(metrics.get("collisions"), 0)])
     return rows
 
 

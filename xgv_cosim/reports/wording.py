@@ -113,6 +113,27 @@ METRICS: Final = (
     ),
     Metric("unattended_steering_s", "steering in nobody's hands", "s", 1, "The same for steering."),
     Metric("collisions", "collisions", "", 0, "Contacts with other vehicles."),
+    Metric(
+        "placement_error_m",
+        "largest placement error",
+        "m",
+        3,
+        "Largest distance between where the vehicle model had the car and where SUMO had it.",
+    ),
+    Metric(
+        "placement_error_deg",
+        "largest heading error",
+        "°",
+        2,
+        "Largest difference between the heading of the vehicle model and SUMO's.",
+    ),
+    Metric(
+        "share_in_lane_frame",
+        "share written in its lane",
+        "",
+        3,
+        "Share of steps written as speed and lateral position in the lane rather than as a free pose.",
+    ),
 )
 
 

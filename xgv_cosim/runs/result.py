@@ -98,7 +98,7 @@ def result_of(
         "num_bound_max": watch.num_bound_max,
         "collisions": [contact._asdict() for contact in watch.collisions],
         "teleports": [{"t_s": e.t_s, "vehicle": e.vehicle} for e in events if e.kind == "teleport"],
-        "vehicles": vehicle_rows(series, events, watch.collisions, simulated_s),
+        "vehicles": vehicle_rows(series, events, watch.collisions, simulated_s, watch.placements),
         "expectations": [
             {"text": row.expected, "status": row.outcome.value, "detail": row.seen} for row in expectations
         ],

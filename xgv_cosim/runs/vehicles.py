@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
+from types import MappingProxyType
 from typing import Any
 
 from xgv_cosim.events import Event
-from xgv_cosim.metrics import VehicleSeries, stop_metrics
+from xgv_cosim.metrics import PlacementRow, VehicleSeries, stop_metrics
 from xgv_cosim.metrics.stops import judged_until_s
 from xgv_cosim.metrics.watch import Contact
 
@@ -99,7 +100,11 @@ def time_without_control_s(events: Sequence[Event], end_s: float) -> dict[str, f
 
 
 def vehicle_rows(
-    series: dict[str, VehicleSeries], events: list[Event], contacts: Sequence[Contact], end_s: float
+    series: dict[str, VehicleSeries],
+    events: list[Event],
+    contacts: Sequence[Contact],
+    end_s: float,
+    placements: Mapping[str, PlacementRow] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Return the row of every vehicle that was ever bound, injected ones with their metrics.
 
@@ -126,6 +131,7 @@ def vehicle_rows(
                 "time_without_control_s": time_without_control_s(own, last_s),
                 **(injections[0]["metrics"] if injections else {}),
                 "collisions": sum(name in {row.collider, row.victim} for row in contacts),
+                **(asdict(placements[name]) if name in placements else {}),
             },
         }
     return rows

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,6 +37,19 @@ def in_lane(state: RunState) -> BoolColumn:
     for vehicle in state.vehicles:
         column[vehicle.slot] = vehicle.binding.coupling is CouplingKind.LANE
     return column
+
+
+def apply_couplings(state: RunState, world: World) -> None:
+    """Write vehicles as operators asked for since the last step."""
+    requested, state.couplings_requested = state.couplings_requested, []
+    for vehicle_id, kind in requested:
+        vehicle = state.vehicle(vehicle_id)
+        before = vehicle.binding.coupling
+        if kind is before:
+            continue
+        world.set_coupling(vehicle_id, kind)
+        vehicle.binding = replace(vehicle.binding, coupling=kind)
+        state.note(vehicle_id, "coupling", before.value, kind.value)
 
 
 def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapshot) -> bool:

@@ -107,6 +107,7 @@ class Simulation:
         before = fleet.motion
         fleet.motion = fleet.motion._replace(travelled_m=np.zeros(fleet.num_slots))
         requests.apply_requests(state)
+        lifecycle.apply_couplings(state, self.world)
         requests.apply_scheduled(state, self.world, tick)
         commanding.receive(state)
         by_computer = exchange.nobody_yet(fleet)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from jaus.address import JausAddress
+from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.clock import Clock
 from xgv_cosim.endpoint import StackMessage
 from xgv_cosim.errors import UnknownVehicleError
@@ -35,6 +36,8 @@ class RunState:
     """Operators' requests, applied at the start of the next step."""
     partial_requested: list[tuple[str, int]] = field(default_factory=list)
     """(vehicle id, partial mode bits), applied likewise."""
+    couplings_requested: list[tuple[str, CouplingKind]] = field(default_factory=list)
+    """(vehicle id, how it is to be written into the world), applied likewise."""
     posted: list[tuple[str, JausAddress, StackMessage]] = field(default_factory=list)
     """(vehicle id, sender, message) sent from Python, delivered at the start of the next step."""
     errors_to_clear: list[str] = field(default_factory=list)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple, get_args
 
 from jaus.address import JausAddress
+from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.endpoint import StackMessage
 from xgv_cosim.errors import CommandError, ScenarioError
 from xgv_cosim.injection import InjectionKind, OperatorAction
@@ -140,6 +141,19 @@ class VehicleHandle:
 
     def _operate(self, action: OperatorAction) -> None:
         self._state.operated.append((self._state.vehicle(self.vehicle_id).vehicle_id, action))
+
+    def set_coupling(self, coupling: CouplingKind | Literal["free", "lane", "auto"]) -> None:
+        """Choose how the vehicle is written into the world from the next step on.
+
+        Raises:
+            ScenarioError: An unknown coupling.
+        """
+        try:
+            kind = CouplingKind(coupling)
+        except ValueError:
+            kinds = ", ".join(member.value for member in CouplingKind)
+            raise ScenarioError(f"coupling: got {coupling!r}, expected one of {kinds}") from None
+        self._state.couplings_requested.append((self._state.vehicle(self.vehicle_id).vehicle_id, kind))
 
     def set_partial_mode(
         self, mode: Literal["full", "manual_steering", "manual_speed", "both_manual"], *, force: bool = False

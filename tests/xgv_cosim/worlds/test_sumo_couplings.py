@@ -112,7 +112,7 @@ def test_lane_coupling_moves_exactly_by_the_distance_and_offset_asked(sumo: NewW
 def test_every_coupling_reports_the_speed_at_the_end_of_the_step(
     sumo: NewWorld, kind: CouplingKind, computer: tuple[bool, bool]
 ) -> None:
-    """To us, and to SUMO's own drivers; harder than the type can brake, and moved by the mean all the same."""
+    """To us and to SUMO's own drivers, harder than the type can brake; it moves by the mean all the same."""
     ego = Ego(sumo(EGO), kind)
     for _ in range(10):
         ego.drive(12.0, computer)  # until auto has settled
