@@ -11,7 +11,7 @@ from typing import Protocol
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
-from xgv_cosim.actuation import Gear
+from xgv_cosim.actuation import Gear, LostFunction
 from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, WrenchEffort
 
 
@@ -141,6 +141,10 @@ class Endpoint(Protocol):
     @property
     def lost_functions(self) -> int:
         """Return the bits of ``actuation.LostFunction`` that the errors in force take away (XGV-38)."""
+        ...
+
+    def errors_taking(self, function: LostFunction) -> tuple[str, ...]:
+        """Return the errors in force that take a function away, in words (XGV-38)."""
         ...
 
     @property

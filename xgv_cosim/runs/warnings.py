@@ -11,6 +11,7 @@ _TEXTS = {
     "injection_without_vehicle": "injection {after} at {t_s:g} s did not act",
     "injection_unsupported": "injection {after} at {t_s:g} s did not act",
     "pause_ineffective": "a pause does not brake",
+    "disable_ineffective": "a disable does not brake",
     "stack_failed": "the stack failed at {t_s:g} s",
     "controller_failed": "the controller failed at {t_s:g} s",
 }

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from xgv_cosim.actuation import Gear, Lateral, Longitudinal
+from xgv_cosim.actuation import Driver, Gear, Lateral, Longitudinal, LostFunction
 from xgv_cosim.columns import BoolColumn, UInt8Column
 from xgv_cosim.simulation import commanding
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.moding import AxisModes
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
+
+
+_NOT_THE_COMPUTERS = (Longitudinal.FREE, Longitudinal.DRIVER)
+_EMERGENCY_BRAKING = (Longitudinal.FULL_BRAKE, Longitudinal.MAXIMUM_BRAKING)
 
 
 def _holder(code: int, free: int, driver: int) -> str:
@@ -71,23 +75,38 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
     """Enter stop demands that do not stop the car, when they begin and, with their duration, when they end.
 
     ``stop_masked``: a higher mode, a fault or a bypass stands before the demand (XGV-68).
-    ``pause_ineffective``: in a pause nobody has the speed that the partial mode leaves to a human (XGV-41).
+    ``pause_ineffective``, ``disable_ineffective``: the mode is a stop, and the computer does not brake, for
+    the pedals are a human's or an error has taken the brake away (XGV-38, XGV-41).
     """
     fleet = state.fleet
+    left_to_human = pausing & fleet.handed_over & np.isin(fleet.longitudinal, _NOT_THE_COMPUTERS)
+    without_brake = (fleet.lost_functions & LostFunction.BRAKE != 0) & (
+        (pausing & (fleet.longitudinal == Longitudinal.CONTROLLED_STOP))
+        | np.isin(fleet.longitudinal, _EMERGENCY_BRAKING)
+    )
     for vehicle in state.vehicles:
-        slot = vehicle.slot
-        now = {
-            ("stop_masked", what): why
-            for what, why in vehicle.devices.masked_stops(int(fleet.safety_mode[slot])).items()
-        }
-        if pausing[slot] and fleet.longitudinal[slot] == Longitudinal.FREE:
-            now["pause_ineffective", "pause"] = "manual speed, and no driver has taken it"
+        slot, mode = vehicle.slot, int(fleet.safety_mode[vehicle.slot])
+        now = {("stop_masked", what): why for what, why in vehicle.devices.masked_stops(mode).items()}
+        if left_to_human[slot] or without_brake[slot]:
+            kind = "pause_ineffective" if pausing[slot] else "disable_ineffective"
+            name = vehicle.binding.profile.safety_mode_name(mode)
+            now[kind, name] = _why_no_brake(state, vehicle, is_manual=bool(left_to_human[slot]))
         for kind, what in [key for key in vehicle.lasting if key not in now]:
             _end(state, vehicle, kind, what)
         for (kind, what), why in now.items():
             if (kind, what) not in vehicle.lasting:
                 vehicle.lasting[kind, what] = state.now_s
                 state.note(vehicle.vehicle_id, kind, "", what, (why,))
+
+
+def _why_no_brake(state: RunState, vehicle: BoundVehicle, *, is_manual: bool) -> str:
+    fleet, slot = state.fleet, vehicle.slot
+    if not is_manual:
+        return f"no brake: {', '.join(vehicle.endpoint.errors_taking(LostFunction.BRAKE))}"
+    if fleet.longitudinal[slot] == Longitudinal.FREE:
+        return "manual speed, and nobody has the pedals"
+    who = "rider" if fleet.driver[slot] == Driver.RIDER else "world's driver"
+    return f"manual speed, and the {who} at the pedals drives on as in traffic"
 
 
 def end_lasting(state: RunState, vehicle: BoundVehicle) -> None:

@@ -40,7 +40,7 @@ class Resolution(NamedTuple):
     stop_demanded: BoolColumn
     """True: an emergency stop device asks for a stop, which acts even before the hand-over."""
     pausing: BoolColumn
-    """True: the mode is a pause, which has no effect where nobody takes a manual speed axis (XGV-41)."""
+    """True: the mode is a pause; where the speed is manual, whether it stops is up to a human (XGV-41)."""
 
 
 @dataclass(frozen=True, slots=True)

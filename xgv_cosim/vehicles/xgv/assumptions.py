@@ -60,8 +60,9 @@ _READINGS = (
     _Reading(
         "XGV-25",
         "D",
-        "A bound car starts in standby. The Primitive Driver takes Resume and Standby also from "
-        "the controller of the Motion Profile Driver that controls it.",
+        "A bound car starts in standby. The Primitive Driver takes Resume, Standby and Clear Emergency also "
+        "from the controller of the Motion Profile Driver that controls it; Shutdown and Reset from its own "
+        "controller or, while it has none, from anyone.",
         (
             "component_status:Primitive Driver: ready",
             "component_status:Primitive Driver: standby",
@@ -152,8 +153,9 @@ _READINGS = (
     _Reading(
         "XGV-63",
         "D",
-        "Anyone may set the emergency status, only the controller clears it; it makes the ready "
-        "mode software pause and does nothing more.",
+        "Anyone may set the emergency status, only the controller clears it, on the Primitive Driver also "
+        "who controls the Motion Profile Driver that controls it; it makes the ready mode software pause "
+        "and does nothing more.",
         (
             "component_status:Primitive Driver: emergency",
             "component_status:Motion Profile Driver: emergency",
@@ -162,9 +164,9 @@ _READINGS = (
     _Reading(
         "XGV-64",
         "D",
-        "Under an override and for the axes of the partial mode the driver has the car at once; a"
-        " disable comes without his doing.",
-        (*_RELEASES, "partial_mode"),
+        "Under an override and for the axis of the partial mode the driver has it at once; a disable and "
+        "steering without initialisation come without his doing, whatever other axis he has.",
+        (*_RELEASES, "partial_mode", "steering_control:nobody"),
     ),
     _Reading(
         "XGV-70",

@@ -113,8 +113,18 @@ CONTROL_READINGS = (
     Reading(
         "XGV-66",
         "D",
-        "Who preempts a commanded car ends its command: 9157 or 9158 pauses it until his first own one.",
+        "Who preempts a commanded car ends its command and sets its drivers to standby, until his first "
+        "command or Resume; xgv.rearm.preemption may ask for Resume. A client whose own Motion Profile "
+        "Driver takes the Primitive Driver from it preempts nobody.",
         ("control_preempted",),
+    ),
+    Reading(
+        "XGV-43",
+        "D",
+        "Time-outs (9157, 9158) tell of a stream that ended while its sender was in control, in any status: "
+        "standby, shutdown, reset and emergency leave the command in force, since a pause steers on by it. "
+        "Release, silence and pre-emption end the command with the control, without a time-out.",
+        ("command_dropped", "error:9157", "error:9158"),
     ),
     Reading(
         "XGV-70",

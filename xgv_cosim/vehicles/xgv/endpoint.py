@@ -10,6 +10,7 @@ from typing import assert_never
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import Component, ComponentStatus
+from xgv_cosim.actuation import LostFunction
 from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, WrenchEffort
 from xgv_cosim.endpoint import (
     CommandStatus,
@@ -92,6 +93,10 @@ class XgvEndpoint:
     def lost_functions(self) -> int:
         """Return bits of ``actuation.LostFunction``: what the errors in force take away (XGV-38)."""
         return self._faults.lost_functions
+
+    def errors_taking(self, function: LostFunction) -> tuple[str, ...]:
+        """Return the errors in force that take a function away, in words (XGV-38)."""
+        return self._faults.taking(function)
 
     @property
     def errors(self) -> frozenset[int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from xgv_cosim.actuation import LostFunction
 from xgv_cosim.endpoint import EndpointChanged, EndpointEvent
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.vehicles.xgv.errors import (
@@ -62,6 +63,12 @@ class Faults:
         for code in self._raised:
             lost |= self._effects.get(code, 0)
         return lost
+
+    def taking(self, function: LostFunction) -> tuple[str, ...]:
+        """Return the labels of the errors in force that take a function away."""
+        return tuple(
+            ERRORS[code].label for code in sorted(self._raised) if self._effects.get(code, 0) & function
+        )
 
     def raise_code(self, code: int, *reasons: str) -> list[EndpointEvent]:
         """Raise an error or a warning; a repeat has no effect.

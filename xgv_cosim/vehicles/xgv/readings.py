@@ -76,9 +76,17 @@ SAFETY_READINGS = (
     Reading(
         "XGV-41",
         "D",
-        "In a pause with manual speed the human brakes; while nobody has taken the pedals the event "
-        "pause_ineffective says so. A manual axis with nobody aboard is refused unless it is forced.",
+        "In a pause with manual speed the human brakes. The rider and the world's driver drive on as in "
+        "traffic, which knows no pause: so the event pause_ineffective speaks whoever has the pedals, or "
+        "nobody. A manual axis with nobody aboard is refused unless it is forced.",
         ("pause_ineffective", "partial_mode"),
+    ),
+    Reading(
+        "XGV-38",
+        "D",
+        "An error that takes the brake away leaves a pause or a disable without effect; the events "
+        "pause_ineffective and disable_ineffective say so, with the error and the duration.",
+        ("pause_ineffective", "disable_ineffective"),
     ),
     *(
         Reading("XGV-42", "D", text, _SAFESTOP, key=f"safestop.{name}", setting=f"safestop.{name}")
