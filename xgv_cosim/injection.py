@@ -81,3 +81,5 @@ class Injection:
     """Control tick on which it ends; None: it stays (latching is the vehicle's business)."""
     code: int | None = None
     """Error code, for kind ``error``."""
+    transmitter: str = ""
+    """Instead of vehicles: the transmitter of a wireless stop that is pressed, or loses its radio."""

@@ -84,6 +84,7 @@ def binding_from(row: BindSection, profile: VehicleProfile, environment: Environ
         driver=_DRIVERS[row.driver],
         driver_reaction_s=row.driver_reaction_s,
         partial_mode=PARTIAL_NAMES.index(row.partial),
+        transmitter=row.transmitter or "",
         new_link=_reference_link(row) if row.stack == "reference" else None,
     )
 
@@ -113,16 +114,18 @@ def injection_of(row: InjectionSection, seed: int) -> Injection:
     """Return one ``injections`` row on control ticks, its vehicles named or described."""
     begin = tick_at_or_after(row.at_s)
     end = None if row.duration_s is None else tick_at_or_after(row.at_s + row.duration_s)
-    named = named_vehicles(row.vehicles)
+    selector = row.vehicles
+    if selector is None:
+        return Injection(begin, row.kind, end_tick=end, code=row.code, transmitter=row.transmitter or "")
 
     @cache
     def chosen(vehicle_id: str, type_id: str) -> bool:
-        return matches(row.vehicles, vehicle_id, type_id, seed)
+        return matches(selector, vehicle_id, type_id, seed)
 
-    return Injection(begin, row.kind, named, chosen, end, row.code)
+    return Injection(begin, row.kind, named_vehicles(selector), chosen, end, row.code)
 
 
-def named_vehicles(selector: VehicleSelector) -> tuple[str, ...]:
+def named_vehicles(selector: VehicleSelector | None) -> tuple[str, ...]:
     """Return the vehicles that a selector names outright, without a pattern."""
     patterns = (selector,) if isinstance(selector, str) else selector if isinstance(selector, tuple) else ()
     return tuple(pattern for pattern in patterns if not _WILDCARDS & set(pattern))

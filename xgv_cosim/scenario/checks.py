@@ -43,6 +43,8 @@ def disagreements(
     )
     found += _repeated("expect", expect, "remove this row")
     found += _bind_rows_that_never_match(bind)
+    if all_bind_rows and bind:
+        found += _transmitters_that_nobody_hears(bind, injections)
     if allow_both is False:
         text = "both axes manual are refused (XGV-41); set xgv.partial.allow_both: true or choose one axis"
         found += [(("bind", i, "partial"), text) for i, row in bind.items() if row.partial == "both_manual"]
@@ -87,6 +89,18 @@ def _repeated(
         if first != index:
             found.append(((section, index), f"the same as {section}.{first}; {remedy}"))
     return found
+
+
+def _transmitters_that_nobody_hears(
+    bind: Mapping[int, BindSection], injections: Mapping[int, InjectionSection]
+) -> list[Found]:
+    known = sorted({row.transmitter for row in bind.values() if row.transmitter is not None})
+    there = f"known here: {', '.join(known)}" if known else "no row of 'bind' names one"
+    return [
+        (("injections", index, "transmitter"), f"got {row.transmitter!r}, which no vehicle hears; {there}")
+        for index, row in injections.items()
+        if row.transmitter is not None and row.transmitter not in known
+    ]
 
 
 def _bind_rows_that_never_match(bind: Mapping[int, BindSection]) -> list[Found]:

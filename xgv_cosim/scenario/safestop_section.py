@@ -15,8 +15,9 @@ _DEFAULT = SafeStopSettings()
 class SafeStopSection(Section):
     """Radio and receivers of the SafeStop (XGV-42).
 
-    An injection presses the transmitter that serves the vehicles which it matches: one transmitter for
-    many cars is one injection with a pattern. Each receiver hears or misses the frames on its own.
+    An injection into a vehicle presses the transmitter that the vehicle hears: its own one, or the one
+    that it shares with all vehicles of the same ``bind.transmitter``. Each receiver hears or misses the
+    frames on its own.
     """
 
     frame_period_s: Annotated[float, Field(ge=0.01, le=10)] = _DEFAULT.frame_period_s

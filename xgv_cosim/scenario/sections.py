@@ -15,6 +15,7 @@ from xgv_cosim.injection import InjectionKind
 from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.problems import word_hint
 from xgv_cosim.scenario.section import Section
+from xgv_cosim.vehicles.transmitter import TRANSMITTER_KINDS
 from xgv_cosim.vehicles.xgv.errors import ERRORS, near_codes
 
 PATTERN, LIST, QUERY = "|pattern", "|list", "|query"
@@ -71,6 +72,7 @@ def _shape_of_selector(value: object) -> str | None:
 
 
 _VehicleId = Annotated[str, Field(min_length=1)]
+_Name = Annotated[str, Field(min_length=1)]
 
 Selector = Annotated[
     Annotated[_VehicleId, Tag(PATTERN)]
@@ -140,6 +142,9 @@ class BindSection(Section):
     """Partial mode: which axes the computer leaves to the human (XGV-39, XGV-41)."""
     partial_forced: bool = False
     """Allow a partial mode with driver: none; a pause with manual speed then has no effect (XGV-41)."""
+    transmitter: _Name | None = None
+    """Name of the SafeStop transmitter that these vehicles hear; all with the same name share one radio.
+    Without it each vehicle has one of its own."""
     plant: PlantSection = PlantSection()
     """What differs from the preset and from ``world.environment``."""
     stack: Literal["reference", "none"] = "reference"
@@ -175,14 +180,28 @@ class InjectionSection(Section):
 
     at_s: Annotated[float, Field(ge=0)]
     """When it begins, in seconds since the start of the run."""
-    vehicles: Selector
+    vehicles: Selector | None = None
     """Which of the bound vehicles."""
+    transmitter: _Name | None = None
+    """Instead of vehicles: the SafeStop transmitter (``bind.transmitter``) that is used or loses its radio."""
     kind: InjectionKind
     """What happens."""
     duration_s: Annotated[float, Field(gt=0)] | None = None
     """How long it lasts; without it, to the end (latching is the vehicle's business)."""
     code: int | None = None
     """Error code, for kind error."""
+
+    @model_validator(mode="after")
+    def _says_where(self) -> Self:
+        if (self.vehicles is None) == (self.transmitter is None):
+            got = "neither" if self.vehicles is None else "both"
+            raise ValueError(f"expected exactly one of vehicles, transmitter; got {got}")
+        if self.transmitter is not None and self.kind not in TRANSMITTER_KINDS:
+            kinds = ", ".join(TRANSMITTER_KINDS)
+            raise ValueError(
+                f"a transmitter takes kind {kinds}, not {self.kind}; say which 'vehicles' have it instead"
+            )
+        return self
 
     @model_validator(mode="after")
     def _code_belongs_to_error(self) -> Self:

@@ -40,6 +40,8 @@ class Binding:
     driver_reaction_s: float = 1.0
     partial_mode: int = 0
     """Bit 0 manual steering, bit 1 manual speed (XGV-51)."""
+    transmitter: str = ""
+    """Name of the wireless stop's transmitter, which vehicles may share; empty: one of its own."""
     new_link: LinkFactory | None = None
     """None: nobody drives the vehicle through its endpoint."""
 

@@ -16,12 +16,14 @@ OPERATOR = -1
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """One thing begins or ends to act on one vehicle."""
+    """One thing begins or ends to act on one vehicle, or on a transmitter that several share."""
 
     vehicle_id: str
+    """Empty where a transmitter is meant."""
     kind: InjectionKind
     code: int | None
     begins: bool
+    transmitter: str = ""
 
 
 class Devices:
@@ -37,6 +39,8 @@ class Devices:
         self._chosen: dict[int, tuple[str, ...]] = {}
         self._acting: dict[str, dict[tuple[InjectionKind, int | None], set[int]]] = {}
         """Vehicle id -> what acts on it -> the sources that hold it."""
+        self._at_transmitter: dict[str, dict[InjectionKind, set[int]]] = {}
+        """Transmitter -> what acts on it -> the injections that hold it."""
 
     def ticks_between(self, first: int, last: int) -> list[int]:
         """Return the scheduled ticks in ``[first, last)``."""
@@ -51,6 +55,11 @@ class Devices:
         """
         edges: list[Edge] = []
         for source, injection, begins in self._schedule.get(tick, []):
+            if injection.transmitter:
+                edges += self._change_transmitter(
+                    source, injection.transmitter, injection.kind, begins=begins
+                )
+                continue
             if begins:
                 self._chosen[source] = _chosen(injection, bound)
             for vehicle_id in self._chosen[source]:
@@ -62,7 +71,7 @@ class Devices:
         return [
             injection.kind
             for source, injection, begins in self._schedule.get(tick, [])
-            if begins and not self._chosen.get(source)
+            if begins and not injection.transmitter and not self._chosen.get(source)
         ]
 
     def change(
@@ -76,6 +85,16 @@ class Devices:
         if not holders:
             del acting[kind, code]
         return [] if bool(holders) == held_before else [Edge(vehicle_id, kind, code, begins)]
+
+    def _change_transmitter(self, source: int, name: str, kind: InjectionKind, *, begins: bool) -> list[Edge]:
+        holders = self._at_transmitter.setdefault(name, {}).setdefault(kind, set())
+        held_before = bool(holders)
+        holders.add(source) if begins else holders.discard(source)
+        return [] if bool(holders) == held_before else [Edge("", kind, None, begins, name)]
+
+    def acting_at(self, transmitter: str) -> list[InjectionKind]:
+        """Return what acts on a transmitter itself now."""
+        return [kind for kind, holders in self._at_transmitter.get(transmitter, {}).items() if holders]
 
     def acting_on(self, vehicle_id: str) -> Iterable[tuple[InjectionKind, int | None]]:
         """Return what acts on a vehicle now, in the order in which it began."""

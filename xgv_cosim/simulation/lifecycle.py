@@ -87,7 +87,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         slot=slot,
         binding=binding,
         endpoint=binding.profile.new_endpoint(vehicle_id, state.now_s),
-        devices=binding.profile.new_devices(vehicle_id, state.now_s),
+        devices=binding.profile.new_devices(vehicle_id, state.now_s, state.transmitter(binding.transmitter)),
         link=binding.new_link(vehicle_id, stack_address(slot)) if binding.new_link else None,
     )
     state.vehicles.add(vehicle)

@@ -7,6 +7,7 @@ from difflib import get_close_matches
 
 from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.errors import UnknownVehicleError
+from xgv_cosim.injection import InjectionKind
 from xgv_cosim.simulation import commanding, moding, safety
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.devices import OPERATOR, Edge
@@ -54,7 +55,7 @@ def apply_scheduled(state: RunState, world: World, tick: int) -> None:
     edges = state.devices.due(tick, bound)
     for edge in edges:
         name = edge.vehicle_id
-        if name not in state.vehicles and name not in state.released and not world.knows(name):
+        if name and name not in state.vehicles and name not in state.released and not world.knows(name):
             near = get_close_matches(name, state.fleet.bound_ids, 1)
             guess = f"; did you mean {near[0]!r}?" if near else ""
             hint = f"(injection {edge.kind.value} at {state.now_s:g} s names it{guess})"
@@ -82,7 +83,11 @@ def apply_edges(state: RunState, edges: list[Edge]) -> None:
     """Let each edge act on its vehicle, and enter it into the journal."""
     for edge in edges:
         name = edge.kind.value
+        if edge.transmitter:
+            _use_transmitter(state, edge)
+            continue
         if edge.vehicle_id not in state.vehicles:
+            _let_go(state, edge)
             if edge.begins:
                 reason = "the vehicle is not bound now; if it is bound while this lasts, it meets it then"
                 state.note(edge.vehicle_id, "injection_without_vehicle", after=name, reasons=(reason,))
@@ -95,10 +100,51 @@ def apply_edges(state: RunState, edges: list[Edge]) -> None:
         before, after = ("", name) if edge.begins else (name, "")
         code = () if edge.code is None else (f"code {edge.code}",)
         state.note(edge.vehicle_id, "injection", before, after, code)
+        if edge.kind in _PRESSES and vehicle.binding.transmitter:
+            others = [other for other in _served(state, vehicle.binding.transmitter) if other is not vehicle]
+            words = f"transmitter {vehicle.binding.transmitter}, used for {edge.vehicle_id}"
+            _note_served(state, others, before, after, words)
         safety.apply(state, vehicle, edge.kind, edge.code, begins=edge.begins)
+
+
+_PRESSES = (InjectionKind.ESTOP_PAUSE, InjectionKind.ESTOP_DISABLE)
+"""What is done at a transmitter also when it is injected into one vehicle: all that share it hear it."""
+
+
+def _use_transmitter(state: RunState, edge: Edge) -> None:
+    """Press or release a shared transmitter, or take its radio away; its receivers find out by themselves."""
+    transmitter = state.transmitter(edge.transmitter)
+    if transmitter is None:
+        raise ValueError("an edge at a transmitter without a name")
+    transmitter.use(edge.kind, "", state.now_s, begins=edge.begins)
+    served = _served(state, edge.transmitter)
+    before, after = ("", edge.kind.value) if edge.begins else (edge.kind.value, "")
+    _note_served(state, served, before, after, f"transmitter {edge.transmitter}")
+    if edge.begins and not served:
+        reason = f"transmitter {edge.transmitter} serves no vehicle now; one that is bound later meets it"
+        state.note("", "injection_without_vehicle", after=edge.kind.value, reasons=(reason,))
+
+
+def _let_go(state: RunState, edge: Edge) -> None:
+    """End what a vehicle that has left held at a transmitter: the car is gone, the radio is not."""
+    if edge.kind in _PRESSES and not edge.begins:
+        for transmitter in state.transmitters.values():
+            transmitter.use(edge.kind, edge.vehicle_id, state.now_s, begins=False)
+
+
+def _served(state: RunState, transmitter: str) -> list[BoundVehicle]:
+    return [vehicle for vehicle in state.vehicles if vehicle.binding.transmitter == transmitter]
+
+
+def _note_served(state: RunState, served: list[BoundVehicle], before: str, after: str, words: str) -> None:
+    for vehicle in served:
+        state.note(vehicle.vehicle_id, "injection", before, after, (words,))
 
 
 def meet_injections(state: RunState, vehicle: BoundVehicle) -> None:
     """Let a vehicle that was just bound meet the injections that act already."""
+    if transmitter := vehicle.binding.transmitter:
+        for kind in state.devices.acting_at(transmitter):
+            _note_served(state, [vehicle], "", kind.value, f"transmitter {transmitter}")
     for kind, code in state.devices.acting_on(vehicle.vehicle_id):
         apply_edges(state, [Edge(vehicle.vehicle_id, kind, code, begins=True)])

@@ -15,6 +15,7 @@ from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.bound import BoundVehicles
 from xgv_cosim.simulation.devices import Devices, Edge
 from xgv_cosim.simulation.journal import Journal
+from xgv_cosim.vehicles.transmitter import Transmitter
 
 
 @dataclass(slots=True)
@@ -26,6 +27,8 @@ class RunState:
     devices: Devices
     fleet: Fleet = field(default_factory=Fleet)
     vehicles: BoundVehicles = field(default_factory=BoundVehicles)
+    transmitters: dict[str, Transmitter] = field(default_factory=dict)
+    """Transmitters that several vehicles share, by name."""
     released: set[str] = field(default_factory=set)
     """Vehicles that were bound once and are no longer."""
     contacts: set[tuple[str, str]] = field(default_factory=set)
@@ -60,6 +63,10 @@ class RunState:
         if vehicle_id not in self.vehicles:
             raise UnknownVehicleError(vehicle_id, self.fleet.bound_ids)
         return self.vehicles[vehicle_id]
+
+    def transmitter(self, name: str) -> Transmitter | None:
+        """Return a shared transmitter, made when it is first asked for; None without a name."""
+        return self.transmitters.setdefault(name, Transmitter()) if name else None
 
     def request(
         self, vehicle_id: str, kind: InjectionKind, code: int | None = None, *, begins: bool = True

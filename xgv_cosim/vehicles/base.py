@@ -10,6 +10,7 @@ from xgv_cosim.actuation import Driver
 from xgv_cosim.columns import BoolColumn, UInt8Column, UInt16Column
 from xgv_cosim.endpoint import Endpoint, EndpointChanged
 from xgv_cosim.injection import InjectionKind, OperatorAction
+from xgv_cosim.vehicles.transmitter import Transmitter
 
 
 class ModeInputs(NamedTuple):
@@ -211,8 +212,16 @@ class VehicleProfile(Protocol):
         """Return the endpoint of a vehicle that was just powered up."""
         ...
 
-    def new_devices(self, vehicle_id: str, now_s: float) -> SafetyDevices:
-        """Return the safety devices of a vehicle that was just bound: nothing pressed, open or broken."""
+    def new_devices(
+        self, vehicle_id: str, now_s: float, transmitter: Transmitter | None = None
+    ) -> SafetyDevices:
+        """Return the safety devices of a vehicle that was just bound: nothing pressed, open or broken.
+
+        Args:
+            vehicle_id: The vehicle; under its id it holds the controls of its transmitter.
+            now_s: When it is bound.
+            transmitter: Of the wireless stop, where several vehicles share one; None: one of its own.
+        """
         ...
 
     def resolve(self, inputs: ModeInputs) -> Resolution:

@@ -21,16 +21,29 @@ LOAD_MPS2 = 0.5 * 1.2 * 1.13 / 1900.0, 0.01 * 9.81
 """Drag over v², and rolling resistance."""
 
 
-def _full_brake_way_m(
-    speed_mps: float, grade: float = 0.0, friction: float = 0.85, authority: float = 1.0, lag_s: float = 0.12
+def full_brake_way_m(
+    speed_mps: float,
+    grade: float = 0.0,
+    friction: float = 0.85,
+    authority: float = 1.0,
+    *,
+    cruising: bool = False,
 ) -> float:
-    """Return the way of a full brake, integrated here: lag, grip, road load and slope, each by its formula."""
+    """Return the way of a full brake, integrated here: lag, grip, road load and slope, each by its formula.
+
+    With ``cruising`` the drive that held the speed until then fades with the throttle's lag.
+    """
     cos = 1.0 / math.hypot(1.0, grade)
     way, speed, brake, dt = 0.0, speed_mps, 0.0, 1e-4
+
+    def load_mps2() -> float:
+        return LOAD_MPS2[0] * speed**2 + (LOAD_MPS2[1] + 9.81 * grade) * cos
+
+    push = max(0.0, load_mps2()) if cruising else 0.0
     while speed > 0.0:
-        brake += (1.0 - brake) * dt / lag_s
-        tyres = min(authority * 8.4 * brake, friction * 9.81 * cos)
-        decel = tyres + LOAD_MPS2[0] * speed**2 + (LOAD_MPS2[1] + 9.81 * grade) * cos
+        brake += (1.0 - brake) * dt / 0.12
+        push -= push * dt / 0.3
+        decel = min(authority * 8.4 * brake, friction * 9.81 * cos) + load_mps2() - push
         way, speed = way + speed * dt, speed - decel * dt
     return way
 
@@ -108,9 +121,8 @@ def test_a_pause_that_grip_does_not_allow_brakes_with_all_the_grip_there_is() ->
 
 def _disabled(speed_mps: float, brake_authority: float = 1.0, **road: float) -> Drive:
     drive = Drive.at(speed_mps, **road)
-    return drive.for_s(
-        25.0, longitudinal=Longitudinal.FULL_BRAKE, lateral=Lateral.FREE, brake_authority=brake_authority
-    )
+    wanted = {"longitudinal": Longitudinal.FULL_BRAKE, "lateral": Lateral.FREE}
+    return drive.for_s(25.0, ticks=10, brake_authority=brake_authority, **wanted)
 
 
 def test_the_presets_brake_is_that_of_the_track_test_from_30_mph() -> None:
@@ -164,7 +176,7 @@ def test_disable_stops_after_the_way_that_lag_grip_slope_and_brake_assist_leave_
 ) -> None:
     """Within 2 % + 0.1 m of the same forces integrated independently, a hundred times finer."""
     drive = _disabled(speed_mps, authority, **road)
-    expected = _full_brake_way_m(speed_mps, authority=authority, **road)
+    expected = full_brake_way_m(speed_mps, authority=authority, **road)
     assert float(drive.motion.travelled_m[0]) == pytest.approx(expected, rel=0.02, abs=0.1)
     assert drive.motion.speed_mps[0] == 0.0
 

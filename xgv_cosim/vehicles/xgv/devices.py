@@ -12,18 +12,12 @@ from types import MappingProxyType
 from xgv_cosim.endpoint import EndpointChanged
 from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.vehicles.base import InjectionEffect
+from xgv_cosim.vehicles.transmitter import Demand, Transmitter
 from xgv_cosim.vehicles.xgv import modes
 from xgv_cosim.vehicles.xgv.errors import SAFESTOP_LINK_LOSS
 from xgv_cosim.vehicles.xgv.modes import SafetyMode
 from xgv_cosim.vehicles.xgv.rearm import WORDS, RearmCause, Rearming
-from xgv_cosim.vehicles.xgv.safestop import (
-    Demand,
-    LinkStatus,
-    Receiver,
-    Relay,
-    SafeStopReaction,
-    Transmitter,
-)
+from xgv_cosim.vehicles.xgv.safestop import LinkStatus, Receiver, Relay, SafeStopReaction
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 
 EFFECTS: Mapping[InjectionKind, InjectionEffect] = MappingProxyType(
@@ -81,13 +75,20 @@ class XgvDevices:
         key: Names car and run; which radio frames are lost follows from it.
         now_s: When the car is bound.
         transmitter: The transmitter that the receiver listens to; None: one of the car's own.
+        holder: Under which name what is injected into the car holds the transmitter's controls.
     """
 
     def __init__(
-        self, settings: XgvSettings, key: str, now_s: float, transmitter: Transmitter | None = None
+        self,
+        settings: XgvSettings,
+        key: str,
+        now_s: float,
+        transmitter: Transmitter | None = None,
+        holder: str = "",
     ) -> None:
         self._link_loss = settings.safestop.link_loss
         self._transmitter = Transmitter() if transmitter is None else transmitter
+        self._holder = holder
         self._receiver = Receiver(settings.safestop, self._transmitter, key, now_s)
         self._rearming = Rearming(settings.rearm)
         self._acting: set[InjectionKind] = set()
@@ -97,7 +98,7 @@ class XgvDevices:
     def _refresh(self) -> None:
         """Compute anew what is asked at every tick and changes seldom."""
         self._bits = self._word()
-        self._masked: dict[int, Mapping[str, str]] = {}
+        self._masked: dict[tuple[int, int], Mapping[str, str]] = {}
         self._followed: int | None = None
         self._is_active = InjectionKind.INACTIVE not in self._acting
         self._is_frozen = InjectionKind.FROZEN in self._acting and self._is_active
@@ -162,11 +163,8 @@ class XgvDevices:
             return events
         self._acting.add(kind) if begins else self._acting.discard(kind)
         match kind:
-            case InjectionKind.ESTOP_PAUSE:
-                self._transmitter.set(now_s, pause=begins)
-                receiver.advance(now_s)
-            case InjectionKind.ESTOP_DISABLE:
-                self._transmitter.set(now_s, stop=begins)
+            case InjectionKind.ESTOP_PAUSE | InjectionKind.ESTOP_DISABLE:
+                self._transmitter.use(kind, self._holder, now_s, begins=begins)
                 receiver.advance(now_s)
             case InjectionKind.LINK:
                 receiver.set_link(now_s, up=not begins)
@@ -216,9 +214,10 @@ class XgvDevices:
 
         A demand that is only still on its way from the transmitter is not masked.
         """
-        found = self._masked.get(safety_mode)
+        key = (safety_mode, self._transmitter.revision)  # another car's press may move a shared one
+        found = self._masked.get(key)
         if found is None:
-            found = self._masked[safety_mode] = self._masked_in(safety_mode)
+            found = self._masked[key] = self._masked_in(safety_mode)
         return found
 
     def _masked_in(self, safety_mode: int) -> Mapping[str, str]:

@@ -15,6 +15,7 @@ from xgv_cosim.vehicles.base import (
     StopSettings,
     VehicleModeReport,
 )
+from xgv_cosim.vehicles.transmitter import Transmitter
 from xgv_cosim.vehicles.xgv import modes, reports, tables
 from xgv_cosim.vehicles.xgv.assumptions import ledger
 from xgv_cosim.vehicles.xgv.devices import EFFECTS, XgvDevices
@@ -76,9 +77,12 @@ class XgvProfile:
         """Return the endpoint of a car that was just bound: nobody in control, both drivers in standby."""
         return XgvEndpoint(self.settings)
 
-    def new_devices(self, vehicle_id: str, now_s: float) -> XgvDevices:
-        """Return the safety devices of a car to which nothing happens."""
-        return XgvDevices(self.settings, f"{self.seed}/{vehicle_id}", now_s)
+    def new_devices(
+        self, vehicle_id: str, now_s: float, transmitter: Transmitter | None = None
+    ) -> XgvDevices:
+        """Return the safety devices of a car to which nothing but its transmitter happens."""
+        key = f"{self.seed}/{vehicle_id}"
+        return XgvDevices(self.settings, key, now_s, transmitter, vehicle_id)
 
     def resolve(self, inputs: ModeInputs) -> Resolution:
         """Return safety mode and axis control of all slots by table look-up."""

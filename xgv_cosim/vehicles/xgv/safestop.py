@@ -1,9 +1,10 @@
-"""The SafeStop: a radio transmitter, and in each car a receiver that drives two relays (XGV-42).
+"""The SafeStop's receiver: in each car one, which drives two relays (XGV-42).
 
-The transmitter sends a frame at once when its toggle or its button moves, and one every frame period in
-any case. A frame carries what the transmitter asks for when it is sent, and arrives after the latency
-unless it is lost. The receiver opens the relays that the last frame asks for. When it has heard nothing
-for the time-out, its link supervision opens the pause relay; a dead receiver opens both.
+The transmitter (``vehicles/transmitter.py``) sends a frame at once when its toggle or its button moves, and
+one every frame period in any case. A frame carries what the transmitter asks for when it is sent, and
+arrives after the latency unless it is lost. The receiver opens the relays that the last frame asks for.
+When it has heard nothing for the time-out, its link supervision opens the pause relay; a dead receiver
+opens both.
 
 One transmitter serves any number of receivers; each hears or misses the same frames on its own. Sans-IO:
 time is an argument. Which frames are lost follows from a key and the time of sending alone, so frames
@@ -16,9 +17,9 @@ import hashlib
 import math
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from typing import NamedTuple
 
 from xgv_cosim.errors import ScenarioError
+from xgv_cosim.vehicles.transmitter import RUN, Demand, Transmitter
 
 _ROUNDING_S = 1e-9
 """Times are sums of floats; two this near are the same."""
@@ -50,16 +51,6 @@ class Relay(StrEnum):
 
     PAUSE = "pause"
     STOP = "stop"
-
-
-class Demand(NamedTuple):
-    """What a transmitter asks for, or which relays are open."""
-
-    pause: bool
-    stop: bool
-
-
-RUN = Demand(pause=False, stop=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,55 +106,6 @@ class SafeStopSettings:
         return problems
 
 
-class Transmitter:
-    """The hand-held transmitter: a run/pause toggle and a stop button."""
-
-    def __init__(self) -> None:
-        self._moved: list[tuple[float, Demand]] = []
-
-    @property
-    def revision(self) -> int:
-        """Return how often toggle and button have moved so far."""
-        return len(self._moved)
-
-    def num_moves(self, until_s: float) -> int:
-        """Return how often toggle and button have moved up to a time, that time included."""
-        return sum(moved_s <= until_s + _ROUNDING_S for moved_s, _ in self._moved)
-
-    @property
-    def demand(self) -> Demand:
-        """Return how toggle and button stand now."""
-        return self._moved[-1][1] if self._moved else RUN
-
-    def set(self, now_s: float, *, pause: bool | None = None, stop: bool | None = None) -> None:
-        """Move toggle or button; None leaves it as it is. Moving sends a frame at once."""
-        before = self.demand
-        after = Demand(before.pause if pause is None else pause, before.stop if stop is None else stop)
-        if after != before:
-            self._moved.append((now_s, after))
-
-    def demand_at(self, time_s: float) -> Demand:
-        """Return what a frame that was sent at ``time_s`` asks for."""
-        for moved_s, demand in reversed(self._moved):
-            if moved_s <= time_s + _ROUNDING_S:
-                return demand
-        return RUN
-
-    def has_moved_after(self, time_s: float) -> bool:
-        """Return whether toggle or button have moved after ``time_s``."""
-        return bool(self._moved) and self._moved[-1][0] > time_s + _ROUNDING_S
-
-    def frame_before(self, time_s: float, period_s: float) -> float:
-        """Return when the last frame up to ``time_s`` was sent, that time included."""
-        regular = math.floor((time_s + _ROUNDING_S) / period_s) * period_s
-        return max([regular, *(moved for moved, _ in self._moved if moved <= time_s + _ROUNDING_S)])
-
-    def frame_after(self, time_s: float, period_s: float) -> float:
-        """Return when the first frame after ``time_s`` is sent, as far as is known now."""
-        regular = (math.floor((time_s + _ROUNDING_S) / period_s) + 1) * period_s
-        return min([regular, *(moved for moved, _ in self._moved if moved > time_s + _ROUNDING_S)])
-
-
 class Receiver:
     """The receiver in one car.
 
@@ -184,13 +126,13 @@ class Receiver:
         self._examined_moves = transmitter.num_moves(self._examined_s)
         """So are those of as many moves; several may fall on one tick."""
         self._heard_s = now_s
-        self._heard = transmitter.demand
+        self._heard = transmitter.demand_at(self._examined_s)
         self._link_up = True
         self._dead = False
         self._bypass = False
         self._stuck: dict[Relay, bool] = {}
         self._deadline: tuple[int, float] | None = None
-        """(moves of the transmitter, next change) as last computed."""
+        """(revision of the transmitter, next change) as last computed."""
 
     @property
     def is_silent(self) -> bool:
@@ -313,10 +255,15 @@ class Receiver:
         return moved or sent_s > self._examined_s + _ROUNDING_S
 
     def _knows_all(self, sent_s: float) -> bool:
-        """Return whether every frame after ``sent_s`` asks for what was heard last."""
-        return self._heard == self._transmitter.demand and not self._transmitter.has_moved_after(sent_s)
+        """Return whether every frame after ``sent_s`` comes and asks for what was heard last."""
+        transmitter = self._transmitter
+        is_steady = not transmitter.is_silent and not transmitter.has_changed_after(sent_s)
+        return is_steady and self._heard == transmitter.demand
 
     def _is_lost(self, sent_s: float) -> bool:
+        """Return whether a frame does not arrive: it was never sent, or the radio lost it."""
+        if self._transmitter.is_silent_at(sent_s):
+            return True
         share = self._settings.loss_share
         if share == 0.0:
             return False

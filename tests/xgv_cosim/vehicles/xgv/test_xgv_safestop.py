@@ -10,15 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from xgv_cosim.errors import ScenarioError
+from xgv_cosim.vehicles.transmitter import RUN, Demand, Transmitter
 from xgv_cosim.vehicles.xgv.safestop import (
-    RUN,
-    Demand,
     LinkStatus,
     Receiver,
     Relay,
     SafeStopReaction,
     SafeStopSettings,
-    Transmitter,
 )
 
 PAUSE, STOP, BOTH = Demand(True, False), Demand(False, True), Demand(True, True)
