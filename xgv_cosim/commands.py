@@ -110,7 +110,7 @@ class MotionQueue:
 
 @dataclass(frozen=True, slots=True)
 class DiscreteDevices:
-    """Set Discrete Devices: gear and engine; None leaves a device as it is (XGV-09, XGV-34, XGV-60).
+    """Set Discrete Devices: gear, engine, parking brake; None leaves a device (XGV-09, XGV-34, XGV-60).
 
     Raises:
         CommandError: A value of another type.
@@ -118,9 +118,11 @@ class DiscreteDevices:
 
     gear: Gear | None = None
     engine_on: bool | None = None
+    parking_brake: bool | None = None
+    """True sets it, False releases it."""
 
     def __post_init__(self) -> None:
-        _require_members(self, gear=Gear, engine_on=bool)
+        _require_members(self, gear=Gear, engine_on=bool, parking_brake=bool)
 
 
 class Turn(IntEnum):

@@ -109,10 +109,13 @@ class ControlPreempted:
 
 @dataclass(frozen=True, slots=True)
 class DevicesCommanded:
-    """Gear selector or engine are to change; None leaves a device as it is (XGV-09, XGV-34)."""
+    """Gear selector, engine or parking brake are to change; None leaves a device (XGV-09, XGV-34, XGV-60)."""
 
     gear: Gear | None = None
     engine_on: bool | None = None
+    parking_brake: bool | None = None
+    reason: str = ""
+    """Why, where nobody commanded it."""
 
 
 EndpointEvent = (
@@ -181,6 +184,10 @@ class Endpoint(Protocol):
 
     def safety_mode_entered(self, code: int, now_s: float) -> list[EndpointEvent]:
         """Take note of the safety mode now in force (XGV-34, XGV-70)."""
+        ...
+
+    def partial_mode_entered(self, bits: int) -> None:
+        """Take note of which axes the human has: bit 0 steering, bit 1 speed (XGV-41, XGV-51)."""
         ...
 
     def devices_changed(self, safety_devices: int, now_s: float) -> list[EndpointEvent]:

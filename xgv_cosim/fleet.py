@@ -133,6 +133,8 @@ class Setpoints(NamedTuple):
     """``actuation.Gear`` to which the selector is to go; it goes at standstill only (XGV-70)."""
     engine_on: BoolColumn
     """False: no drive force, no creep."""
+    parking_brake: BoolColumn
+    """True: it is set and acts against motion, whatever the brake effort (XGV-60)."""
     brake_authority: FloatColumn
     """Share of its deceleration that a brake effort still gives (XGV-31)."""
     lost_functions: UInt8Column
@@ -154,6 +156,7 @@ def idle_setpoints(num_slots: int) -> Setpoints:
     columns |= {name: np.full(num_slots, kind, np.uint8) for name, kind in kinds.items()}
     columns["brake_authority"] = np.ones(num_slots)
     columns["engine_on"] = np.ones(num_slots, np.bool_)
+    columns["parking_brake"] = np.zeros(num_slots, np.bool_)
     columns["lost_functions"] = np.zeros(num_slots, np.uint8)
     return Setpoints(**columns)
 
@@ -212,6 +215,8 @@ class Fleet:
     the commanded speed."""
     engine_on: BoolColumn = field(default_factory=lambda: np.ones(FIRST_CAPACITY, np.bool_))
     """False: no drive force."""
+    parking_brake: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
+    """True: the parking brake is set (XGV-60)."""
     brake_share_without_engine: FloatColumn = field(default_factory=lambda: np.ones(FIRST_CAPACITY))
     """Share of its deceleration that a brake effort gives with the engine off (XGV-31)."""
     lost_functions: UInt8Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint8))
@@ -308,6 +313,7 @@ _SINGLE_COLUMNS = (
     "centres_without_command",
     "gear_wanted",
     "engine_on",
+    "parking_brake",
     "brake_share_without_engine",
     "lost_functions",
     "frozen",

@@ -7,7 +7,20 @@ from typing import Protocol
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
+from xgv_cosim.actuation import Gear
 from xgv_cosim.endpoint import StackMessage
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceReading:
+    """What Report Discrete Devices tells: gear selector, engine and parking brake (XGV-57, XGV-60)."""
+
+    gear: Gear
+    """Gear in effect."""
+    gear_wanted: Gear
+    """Gear to which the selector is to go; another one than ``gear`` while a shift waits or is under way."""
+    engine_on: bool
+    parking_brake: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +50,8 @@ class Observation:
     component_status: dict[ComponentId, ComponentStatus]
     component_controller: dict[ComponentId, JausAddress | None]
     """Who controls each component, None: nobody."""
+    devices: DeviceReading
+    """Gear, engine and parking brake."""
 
 
 class Stack(Protocol):

@@ -83,6 +83,8 @@ class VehicleParameters:
     """Deceleration at 100 % brake effort on unlimited grip."""
     unassisted_brake_share: float = 0.4
     """Share of its deceleration that a brake effort gives without the assistance of the engine."""
+    parking_brake_decel_mps2: float = 2.0
+    """What the parking brake, set, gives against motion: it holds a 20 % grade."""
     friction: float = 0.85
     """Coefficient of friction between tyre and road."""
     min_lateral_grip: float = 0.3
@@ -153,6 +155,7 @@ class ParameterColumns(NamedTuple):
     brake_lag_s: FloatColumn
     max_brake_decel_mps2: FloatColumn
     unassisted_brake_share: FloatColumn
+    parking_brake_decel_mps2: FloatColumn
     friction: FloatColumn
     min_lateral_grip: FloatColumn
     rolling_resistance: FloatColumn

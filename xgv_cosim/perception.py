@@ -11,7 +11,7 @@ from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
 from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
 from xgv_cosim.fleet import Motion
-from xgv_cosim.observation import Observation
+from xgv_cosim.observation import DeviceReading, Observation
 from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Snapshot
 
@@ -27,6 +27,7 @@ class ModeView:
     reasons: tuple[str, ...]
     component_status: dict[ComponentId, ComponentStatus]
     component_controller: dict[ComponentId, JausAddress | None]
+    devices: DeviceReading
 
 
 def lane_ahead(
@@ -100,6 +101,7 @@ def observe(
             reasons=view.reasons,
             component_status=view.component_status,
             component_controller=view.component_controller,
+            devices=view.devices,
         )
         for n, (slot, vehicle_id, view) in enumerate(zip(slots.tolist(), vehicle_ids, views, strict=True))
     ]

@@ -1,7 +1,9 @@
 """The reference stack: keeps its lane and its distance through motion profiles.
 
 It behaves as a client of the real car does: it asks for the Motion Profile Driver, resumes both
-drivers until they are ready, and repeats a short motion profile at every step (XGV-19, XGV-43).
+drivers until they are ready, and repeats a short motion profile at every step (XGV-19, XGV-43). What
+keeps the car from driving on, an engine that stands or a parking brake that is set, it undoes where it is
+allowed to: the engine also in a pause, the parking brake in drive-by-wire only (XGV-16, XGV-34).
 
 Speed follows the intelligent driver model (Treiber, Hennecke and Helbing, Phys. Rev. E 62, 2000):
 ``a = A (1 - (v/v0)^4 - (s*/s)^2)`` with ``s* = s0 + v T + v (v - v_leader) / (2 sqrt(A B))``.
@@ -17,12 +19,17 @@ from itertools import pairwise
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
-from xgv_cosim.commands import MotionProfile
+from xgv_cosim.commands import DiscreteDevices, MotionProfile
 from xgv_cosim.endpoint import CommandStatus, ReleaseControl, RequestControl, StackMessage
 from xgv_cosim.observation import Observation
 
 PD = ComponentId.PRIMITIVE_DRIVER
 MPD = ComponentId.MOTION_PROFILE_DRIVER
+
+
+DRIVES = "drive_by_wire"
+PAUSES = frozenset({"software_pause", "estop_pause"})
+"""Safety modes in which the engine may be started although the car may not drive (XGV-34)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +84,21 @@ class ReferenceStack:
             for component in (PD, MPD)
             if seen.component_status[component] == ComponentStatus.STANDBY
         )
-        return messages
+        return messages + self._devices(seen)
+
+    def _devices(self, seen: Observation) -> list[StackMessage]:
+        """Return what makes a car drive again that stands with its engine off or its parking brake set.
+
+        Only as the one who controls it: a car that another drives is his.
+        """
+        if seen.component_controller[MPD] != self._address:
+            return []
+        drives = seen.safety_mode == DRIVES
+        starts = not seen.devices.engine_on and (drives or seen.safety_mode in PAUSES)
+        releases = seen.devices.parking_brake and drives
+        if not (starts or releases):
+            return []
+        return [DiscreteDevices(engine_on=starts or None, parking_brake=False if releases else None)]
 
     def _motion(self, seen: Observation) -> MotionProfile:
         accel_mps2 = self.wanted_accel_mps2(seen) if seen.lane_ahead_m else -self._settings.lost_decel_mps2

@@ -199,7 +199,10 @@ def _move(
             road.grip_mps2,
         )
         braking = brake_decel_mps2(
-            brake * orders.brake_authority, vehicle.max_brake_decel_mps2, road.grip_mps2
+            brake * orders.brake_authority,
+            vehicle.max_brake_decel_mps2,
+            road.parking_brake_mps2,
+            road.grip_mps2,
         )
         push = forces.direction * pull + forces.creep_mps2
         resistance = braking + forces.road_load_mps2
@@ -236,7 +239,7 @@ def advance_in_place(
     """Advance every slot by ``ticks`` ticks of ``dt`` seconds, in the columns of motion and reference."""
     for slot in range(motion.speed_mps.shape[0]):
         orders, vehicle = orders_of(setpoints, slot), vehicle_of(parameters, slot)
-        lags, road = lags_of(vehicle, dt), road_of(vehicle)
+        lags, road = lags_of(vehicle, dt), road_of(vehicle, orders)
         x, y, heading = motion.x_m[slot], motion.y_m[slot], motion.heading_rad[slot]
         speed = motion.speed_mps[slot]
         accel, curvature, steer = (
@@ -265,7 +268,9 @@ def advance_in_place(
                 throttle,
                 brake,
                 way * forces.direction * forces.full_throttle_mps2,
-                forces.road_load_mps2 + way * (road.slope_mps2 - forces.creep_mps2),
+                forces.road_load_mps2
+                + road.parking_brake_mps2
+                + way * (road.slope_mps2 - forces.creep_mps2),
                 way * road.slope_mps2,
                 max(MIN_BRAKE_MPS2, vehicle.max_brake_decel_mps2 * orders.brake_authority),
                 road.grip_mps2,

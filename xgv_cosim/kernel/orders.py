@@ -59,6 +59,8 @@ class Orders(NamedTuple):
     gear_wanted: int
     """``actuation.Gear``."""
     engine_on: bool
+    has_parking_brake: bool
+    """It is set (XGV-60)."""
     brake_authority: float
     """Share, 0 to 1."""
     has_brake: bool
@@ -104,6 +106,7 @@ def orders_of(setpoints: Setpoints, slot: int) -> Orders:
         setpoints.steer_rad[slot] if math.isfinite(setpoints.steer_rad[slot]) else math.nan,
         int(setpoints.gear_wanted[slot]),
         bool(setpoints.engine_on[slot]),
+        bool(setpoints.parking_brake[slot]),
         clipped(authority, 0.0, 1.0) if math.isfinite(authority) else 1.0,
         lost & _BRAKE == 0,
         lost & _STEERING == 0,

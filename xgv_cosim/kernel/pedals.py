@@ -38,7 +38,7 @@ class Car(NamedTuple):
     full_throttle_mps2: float
     """What full throttle would give: below 0 while the car rolls against its gear, 0 without drive."""
     resistance_mps2: float
-    """Road load and slope less creep."""
+    """Road load, parking brake and slope less creep."""
     slope_mps2: float
     """What the slope takes."""
     full_brake_mps2: float

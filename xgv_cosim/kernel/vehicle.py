@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from xgv_cosim.jit import inlinable
 from xgv_cosim.parameters import ParameterColumns
 from xgv_cosim.plant.actuators import lag_share
-from xgv_cosim.plant.longitudinal import normal_mps2, slope_mps2
+from xgv_cosim.plant.longitudinal import normal_mps2, parking_brake_mps2, slope_mps2
 
 if TYPE_CHECKING:
+    from xgv_cosim.kernel.orders import Orders
     from xgv_cosim.parameters import VehicleParameters
 
 
@@ -43,13 +44,21 @@ class Road(NamedTuple):
     """Backwards along the car's heading: positive uphill."""
     grip_mps2: float
     rolling_mps2: float
+    parking_brake_mps2: float
+    """Against motion, within the grip: 0 while the parking brake is released."""
 
 
 @inlinable
-def road_of(vehicle: VehicleParameters) -> Road:
-    """Return the road under a vehicle."""
+def road_of(vehicle: VehicleParameters, orders: Orders) -> Road:
+    """Return the road under a vehicle; a parking brake that is set holds it at once (XGV-60)."""
     normal = normal_mps2(vehicle.grade)
-    return Road(slope_mps2(vehicle.grade), vehicle.friction * normal, vehicle.rolling_resistance * normal)
+    grip = vehicle.friction * normal
+    return Road(
+        slope_mps2(vehicle.grade),
+        grip,
+        vehicle.rolling_resistance * normal,
+        parking_brake_mps2(orders.has_parking_brake, vehicle.parking_brake_decel_mps2, grip),
+    )
 
 
 @inlinable
@@ -86,6 +95,7 @@ def vehicle_of(columns: ParameterColumns, slot: int) -> VehicleParameters:
         columns.brake_lag_s[slot],
         columns.max_brake_decel_mps2[slot],
         columns.unassisted_brake_share[slot],
+        columns.parking_brake_decel_mps2[slot],
         columns.friction[slot],
         columns.min_lateral_grip[slot],
         columns.rolling_resistance[slot],

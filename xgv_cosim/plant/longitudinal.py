@@ -75,9 +75,20 @@ def normal_mps2(grade: float) -> float:
 
 
 @inlinable
-def brake_decel_mps2(brake: float, max_decel_mps2: float, grip_mps2: float) -> float:
-    """Return what a brake share gives: linear, up to the grip of the tyres."""
-    return min(brake * max_decel_mps2, grip_mps2)
+def brake_decel_mps2(
+    brake: float, max_decel_mps2: float, parking_brake_mps2: float, grip_mps2: float
+) -> float:
+    """Return what a brake share, linear, and the parking brake give, up to the grip of the tyres."""
+    return min(brake * max_decel_mps2 + parking_brake_mps2, grip_mps2)
+
+
+@inlinable
+def parking_brake_mps2(is_set: bool, decel_mps2: float, grip_mps2: float) -> float:
+    """Return what the parking brake takes from a car, up to the grip of the tyres.
+
+    It is a mechanism of its own: neither engine nor hydraulics nor their errors change it (XGV-60).
+    """
+    return min(decel_mps2, grip_mps2) if is_set else 0.0
 
 
 @inlinable

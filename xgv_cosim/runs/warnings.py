@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from xgv_cosim.events import Event
 from xgv_cosim.scenario.model import Scenario
 
+BRIEF_S = 1.0
+"""A stack that sees its engine off starts it within this time; then nobody needs to be warned."""
 _TEXTS = {
     "injection_without_vehicle": "injection {after} at {t_s:g} s did not act",
     "injection_unsupported": "injection {after} at {t_s:g} s did not act",
     "pause_ineffective": "a pause does not brake",
     "disable_ineffective": "a disable does not brake",
+    "without_drive": "nothing drives it from {t_s:g} s on: {after}",
     "stack_failed": "the stack failed at {t_s:g} s",
     "controller_failed": "the controller failed at {t_s:g} s",
 }
@@ -23,11 +27,25 @@ def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
     if scenario.bind and not any(event.kind == "bound" for event in events):
         lines.append("no vehicle was bound: no row of 'bind' matches a vehicle that has departed")
     for event in events:
+        if event.kind == "without_drive" and not _lasts(event, events):
+            continue
         if event.kind in _TEXTS:
             lines.append(_line(event, _TEXTS[event.kind]))
         elif event.kind == "road" and event.after == "off_road":
             lines.append(_line(event, "it left the road at {t_s:g} s"))
     return list(dict.fromkeys(lines))
+
+
+def _lasts(begun: Event, events: Sequence[Event]) -> bool:
+    """Return whether an event begins something that lasts longer than a stack takes to see and end it."""
+    ended_s = (
+        event.t_s
+        for event in events
+        if (event.vehicle, event.kind, event.before) == (begun.vehicle, begun.kind, begun.after)
+    )
+    return bool(begun.after) and min((t_s for t_s in ended_s if t_s >= begun.t_s), default=math.inf) > (
+        begun.t_s + BRIEF_S
+    )
 
 
 def _line(event: Event, text: str) -> str:

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from xgv_cosim.actuation import Gear
 from xgv_cosim.commands import CommandColumns, CommandKind, MotionProfile, WrenchEffort
 from xgv_cosim.endpoint import (
     CommandAccepted,
@@ -17,6 +16,7 @@ from xgv_cosim.endpoint import (
     EndpointEvent,
     MessageRefused,
 )
+from xgv_cosim.simulation import drivetrain
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.state import RunState
 
@@ -81,7 +81,7 @@ def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) 
                     state.note(name, "command_dropped", reasons=(event.reason,))
                 clear_command(fleet.command, slot)
             case DevicesCommanded():
-                _switch(state, vehicle, event)
+                drivetrain.switch(state, vehicle, event)
             case MessageRefused():
                 _note_refusal(state, vehicle, event)
             case EndpointChanged():
@@ -123,19 +123,6 @@ def copy_endpoint(state: RunState, vehicle: BoundVehicle) -> None:
         fleet.safety_devices[slot] = bits
         if vehicle.is_computing:
             handle(state, vehicle, endpoint.devices_changed(bits, state.now_s))
-
-
-def _switch(state: RunState, vehicle: BoundVehicle, commanded: DevicesCommanded) -> None:
-    """Set gear selector and engine; a mere repeat is no event (XGV-09, XGV-34)."""
-    fleet, slot, name = state.fleet, vehicle.slot, vehicle.vehicle_id
-    if commanded.gear is not None and fleet.gear_wanted[slot] != commanded.gear:
-        before = Gear(int(fleet.gear_wanted[slot])).name.lower()
-        fleet.gear_wanted[slot] = commanded.gear
-        state.note(name, "gear", before, commanded.gear.name.lower())
-    if commanded.engine_on is not None and fleet.engine_on[slot] != commanded.engine_on:
-        fleet.engine_on[slot] = commanded.engine_on
-        words = ("off", "on")
-        state.note(name, "engine", words[not commanded.engine_on], words[commanded.engine_on])
 
 
 def write_command(command: CommandColumns, slot: int, accepted: CommandAccepted) -> None:

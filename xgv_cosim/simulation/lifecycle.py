@@ -12,7 +12,7 @@ from xgv_cosim.actuation import CouplingKind, Driver, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.fleet import Fleet
-from xgv_cosim.simulation import commanding, reporting, requests
+from xgv_cosim.simulation import commanding, drivetrain, reporting, requests
 from xgv_cosim.simulation.binding import Binding, BoundVehicle, Selector, StartKind
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
@@ -90,6 +90,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         devices=binding.profile.new_devices(vehicle_id, state.now_s, state.transmitter(binding.transmitter)),
         link=binding.new_link(vehicle_id, stack_address(slot)) if binding.new_link else None,
     )
+    vehicle.endpoint.partial_mode_entered(binding.partial_mode)
     state.vehicles.add(vehicle)
     words = (
         f"coupling {binding.coupling.value}",
@@ -114,6 +115,7 @@ def release_gone(state: RunState, world: World, snapshot: Snapshot) -> None:
 def release(state: RunState, vehicle_id: str, why: str) -> None:
     """Free the slot of a vehicle and end its link."""
     reporting.end_lasting(state, state.vehicle(vehicle_id))
+    drivetrain.forget(state, vehicle_id)
     vehicle = state.vehicles.remove(vehicle_id)
     if vehicle.link is not None:
         vehicle.link.close()

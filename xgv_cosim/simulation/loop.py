@@ -17,6 +17,7 @@ from xgv_cosim.fleet import Fleet, Motion
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
     commanding,
+    drivetrain,
     exchange,
     lifecycle,
     moding,
@@ -164,9 +165,6 @@ class Simulation:
             axes.longitudinal != fleet.longitudinal,
             axes.lateral != fleet.lateral,
         )
-        started = setpoints.started_by_driver(fleet, axes.longitudinal)
-        reporting.note_started_engines(self.state, started)
-        fleet.engine_on = fleet.engine_on | started
         fleet.safety_mode, fleet.longitudinal, fleet.lateral = (
             axes.safety_mode,
             axes.longitudinal,
@@ -174,6 +172,7 @@ class Simulation:
         )
         fleet.speed_released_s, fleet.steering_released_s = axes.speed_released_s, axes.steering_released_s
         fleet.handed_over = axes.handed_over
+        drivetrain.follow_axes(self.state, answer.pausing)
         reporting.note_stops_without_effect(self.state, answer.pausing)
 
     def _advance_motion(self, ticks: int) -> None:
@@ -182,7 +181,7 @@ class Simulation:
         wanted = setpoints.setpoints_of(fleet)
         limited, failed = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
         motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
-        reporting.note_gears(self.state, fleet.motion.gear, motion.gear)
+        drivetrain.note_gears(self.state, fleet.motion.gear, motion.gear)
         fleet.motion = motion
         fleet.gear_wanted = setpoints.gear_kept(fleet)
         fleet.reference = merge_references(limited, followed, wanted, motion)

@@ -58,19 +58,6 @@ def note_modes(state: RunState, axes: AxisModes) -> None:
     _note_axis(state, "steering_control", fleet.lateral, axes.lateral, Lateral.FREE, Lateral.DRIVER)
 
 
-def note_started_engines(state: RunState, started: BoolColumn) -> None:
-    """Enter which engines the world's driver has started, to drive on."""
-    for slot in np.flatnonzero(started).tolist():
-        state.note(str(state.fleet.ids[slot]), "engine", "off", "on", ("started by the driver",))
-
-
-def note_gears(state: RunState, before: UInt8Column, after: UInt8Column) -> None:
-    """Enter which gears have been engaged (XGV-70)."""
-    for slot in np.flatnonzero(before != after).tolist():
-        name, was, now = state.fleet.ids[slot], Gear(int(before[slot])), Gear(int(after[slot]))
-        state.note(str(name), "gear_engaged", was.name.lower(), now.name.lower())
-
-
 def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
     """Enter stop demands that do not stop the car, when they begin and, with their duration, when they end.
 

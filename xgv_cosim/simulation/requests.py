@@ -35,6 +35,7 @@ def apply_requests(state: RunState) -> None:
         slot = state.vehicle(vehicle_id).slot
         before = int(state.fleet.partial_mode[slot])
         state.fleet.partial_mode[slot] = bits
+        state.vehicle(vehicle_id).endpoint.partial_mode_entered(bits)
         if bits != before:
             state.note(vehicle_id, "partial_mode", PARTIAL_NAMES[before], PARTIAL_NAMES[bits])
 

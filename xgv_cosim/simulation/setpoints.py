@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from xgv_cosim.actuation import Gear, Longitudinal
-from xgv_cosim.columns import BoolColumn, UInt8Column
+from xgv_cosim.columns import BoolColumn, FloatColumn, UInt8Column
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.controllers.speed import STANDSTILL_MPS
 from xgv_cosim.fleet import Fleet, Motion, Reference, Setpoints
@@ -14,6 +14,9 @@ from xgv_cosim.plant.gearbox import gear_direction
 
 _DIRECTIONS = np.array([gear_direction(gear) for gear in Gear])
 """Where each gear drives."""
+_SHIFTS_BY_COMMAND = np.array(
+    [Longitudinal.OPEN_LOOP, Longitudinal.CONTROLLED_STOP, Longitudinal.HOLD], np.uint8
+)
 
 
 def setpoints_of(fleet: Fleet) -> Setpoints:
@@ -44,7 +47,7 @@ def setpoints_of(fleet: Fleet) -> Setpoints:
         target_curvature_per_m=np.where(follows_motion, curvature, without),
         curvature_rate_limit_per_m_s=rate,
         curvature_jerk_limit_per_m_s2=limits.max_curvature_jerk_per_m_s2,
-        throttle=np.where(fleet.frozen, fleet.held.throttle, command.throttle),
+        throttle=np.where(fleet.frozen, fleet.held.throttle, _throttle(fleet)),
         brake=np.where(
             fleet.longitudinal == Longitudinal.OPEN_LOOP,
             np.where(fleet.frozen, fleet.held.brake, command.brake),
@@ -53,9 +56,24 @@ def setpoints_of(fleet: Fleet) -> Setpoints:
         steer_rad=np.where(fleet.frozen, fleet.held.steer_rad, command.steering * limits.max_steer_rad),
         gear_wanted=_gear_wanted(fleet),
         engine_on=fleet.engine_on,
+        parking_brake=fleet.parking_brake,
         brake_authority=np.where(fleet.engine_on, 1.0, fleet.brake_share_without_engine),
         lost_functions=fleet.lost_functions,
     )
+
+
+def turns(gear: UInt8Column | np.uint8, wanted: UInt8Column | np.uint8) -> BoolColumn:
+    """Return where a change of gear is one of direction; neutral and park drive nowhere."""
+    changes: BoolColumn = _DIRECTIONS[gear] != _DIRECTIONS[wanted]
+    return changes
+
+
+def _throttle(fleet: Fleet) -> FloatColumn:
+    """Return the commanded throttle, withheld while a change of direction waits for standstill (XGV-70).
+
+    Else it would drive the car on in the old gear, and the shift would never come.
+    """
+    return np.where(turns(fleet.motion.gear, fleet.gear_wanted), 0.0, fleet.command.throttle)
 
 
 def _drives_as_commanded(fleet: Fleet) -> BoolColumn:
@@ -84,6 +102,30 @@ def started_by_driver(fleet: Fleet, longitudinal: UInt8Column) -> BoolColumn:
     """Return which engines a driver who takes the speed has to start, because something stopped them."""
     started: BoolColumn = ~fleet.engine_on & (longitudinal == Longitudinal.DRIVER)
     return started
+
+
+def released_by_driver(fleet: Fleet, longitudinal: UInt8Column) -> BoolColumn:
+    """Return which parking brakes a driver who takes the speed has to release."""
+    released: BoolColumn = fleet.parking_brake & (longitudinal == Longitudinal.DRIVER)
+    return released
+
+
+def dropped_shifts(fleet: Fleet, pausing: BoolColumn) -> BoolColumn:
+    """Return where a commanded shift that has not come yet is dropped (XGV-34).
+
+    The computer shifts by command in open loop, and before the first effort, when the car stops and
+    holds. A frozen controller drops nothing: it goes on putting out what it did (XGV-67).
+    """
+    shifts = np.isin(fleet.longitudinal, _SHIFTS_BY_COMMAND) & ~pausing
+    dropped: BoolColumn = (fleet.gear_wanted != fleet.motion.gear) & ~shifts & ~fleet.frozen
+    return dropped
+
+
+def without_drive(fleet: Fleet) -> BoolColumn:
+    """Return where the computer is to drive the car, but its engine is off (XGV-31)."""
+    drives = (fleet.longitudinal == Longitudinal.CLOSED_LOOP) | (fleet.longitudinal == Longitudinal.OPEN_LOOP)
+    without: BoolColumn = ~fleet.engine_on & drives
+    return without
 
 
 def seeded_references(

@@ -33,6 +33,10 @@ class RunState:
     """Vehicles that were bound once and are no longer."""
     contacts: set[tuple[str, str]] = field(default_factory=set)
     """(collider, victim) of the contacts that lasted at the end of the last step."""
+    waiting_shifts: dict[str, tuple[int, float]] = field(default_factory=dict)
+    """By vehicle: the ``actuation.Gear`` that waits to be engaged, and since when (XGV-70)."""
+    without_drive: dict[str, float] = field(default_factory=dict)
+    """By vehicle: since when the computer is to drive it with the engine off (XGV-31)."""
     off_road: set[str] = field(default_factory=set)
     """Bound vehicles that were off the road at the end of the last step."""
     requested: list[Edge] = field(default_factory=list)

@@ -9,6 +9,8 @@ from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.endpoint import StackMessage
 from xgv_cosim.errors import CommandError, ScenarioError
 from xgv_cosim.injection import InjectionKind, OperatorAction
+from xgv_cosim.observation import DeviceReading
+from xgv_cosim.simulation.drivetrain import reading_of
 from xgv_cosim.simulation.reporting import reasons_of
 from xgv_cosim.simulation.requests import PARTIAL_NAMES
 from xgv_cosim.simulation.state import RunState
@@ -66,6 +68,11 @@ class VehicleHandle:
         slot = fleet.slot_of(self.vehicle_id)
         motion = fleet.motion
         return Pose(float(motion.x_m[slot]), float(motion.y_m[slot]), float(motion.heading_rad[slot]))
+
+    @property
+    def devices(self) -> DeviceReading:
+        """Return gear, engine and parking brake as they are now (XGV-60)."""
+        return reading_of(self._state.fleet, self._state.fleet.slot_of(self.vehicle_id))
 
     def estop(self, state: Literal["pause", "stop", "run"]) -> None:
         """Use the SafeStop transmitter: ask for pause or stop, or for neither (XGV-12, XGV-28, XGV-31).

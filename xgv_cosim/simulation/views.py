@@ -6,7 +6,7 @@ import numpy as np
 
 from xgv_cosim.perception import ModeView, observe
 from xgv_cosim.road import Road
-from xgv_cosim.simulation import reporting
+from xgv_cosim.simulation import drivetrain, reporting
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
@@ -25,6 +25,7 @@ def mode_view(state: RunState, vehicle: BoundVehicle) -> ModeView:
         reasons=reporting.reasons_of(state, vehicle),
         component_status=endpoint.component_status,
         component_controller=endpoint.component_controller,
+        devices=drivetrain.reading_of(fleet, vehicle.slot),
     )
     return vehicle.last_view
 

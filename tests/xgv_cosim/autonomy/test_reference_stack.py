@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
+from xgv_cosim.actuation import Gear
 from xgv_cosim.autonomy.reference import ReferenceStack, ReferenceStackSettings
-from xgv_cosim.commands import MotionProfile
+from xgv_cosim.commands import DiscreteDevices, MotionProfile
 from xgv_cosim.endpoint import CommandStatus, ReleaseControl, RequestControl
-from xgv_cosim.observation import Observation
+from xgv_cosim.observation import DeviceReading, Observation
 
 PD, MPD = ComponentId.PRIMITIVE_DRIVER, ComponentId.MOTION_PROFILE_DRIVER
 ME = JausAddress(1, 2, 2, 1)
@@ -44,6 +45,7 @@ def seen(
         reasons=(),
         component_status={PD: ComponentStatus.READY, MPD: ComponentStatus.READY},
         component_controller={PD: CAR, MPD: ME},
+        devices=DeviceReading(gear=Gear.DRIVE, gear_wanted=Gear.DRIVE, engine_on=True, parking_brake=False),
     )
 
 
@@ -69,6 +71,31 @@ def test_without_control_it_asks_as_the_public_clients_do() -> None:
     ]
     assert isinstance(motion, MotionProfile)
     assert len(ReferenceStack(ME).act(seen())) == 1  # in control and ready: only the motion
+
+
+@pytest.mark.parametrize(
+    ("mode", "starts", "releases"),
+    [
+        ("drive_by_wire", True, True),
+        ("software_pause", True, False),
+        ("estop_pause", True, False),
+        ("manual_override", False, False),
+        ("emergency_manual_override", False, False),
+        ("estop_disable", False, False),
+        ("inactive", False, False),
+    ],
+)
+def test_it_starts_the_engine_and_releases_the_parking_brake_where_it_may_xgv_34(
+    mode: str, starts: bool, releases: bool
+) -> None:
+    """XGV-16, XGV-34: never where the human has all systems, nor a car that another controls."""
+    stands = DeviceReading(gear=Gear.DRIVE, gear_wanted=Gear.DRIVE, engine_on=False, parking_brake=True)
+    view = replace(seen(), safety_mode=mode, devices=stands)
+    said = [message for message in ReferenceStack(ME).act(view) if isinstance(message, DiscreteDevices)]
+    expected = DiscreteDevices(engine_on=starts or None, parking_brake=False if releases else None)
+    assert said == ([] if expected == DiscreteDevices() else [expected])
+    of_another = replace(view, component_controller={PD: CAR, MPD: CAR})
+    assert not any(isinstance(message, DiscreteDevices) for message in ReferenceStack(ME).act(of_another))
 
 
 def test_a_free_road_leads_to_the_limit_and_a_wish_below_it_is_kept() -> None:

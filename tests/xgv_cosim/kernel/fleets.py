@@ -28,6 +28,7 @@ DEFAULTS = {
     "steer_rad": 0.0,
     "gear_wanted": Gear.DRIVE,
     "engine_on": True,
+    "parking_brake": False,
     "brake_authority": 1.0,
     "lost_functions": 0,
 }
@@ -36,6 +37,7 @@ KINDS = {
     "lateral": np.uint8,
     "gear_wanted": np.uint8,
     "engine_on": np.bool_,
+    "parking_brake": np.bool_,
     "lost_functions": np.uint8,
 }
 
@@ -111,6 +113,7 @@ def random_fleet(
         steer_rad=pick(-2.0, -0.1, 0.0, 0.3, np.nan),
         gear_wanted=rng.choice(np.array(Gear, np.uint8), num_slots),
         engine_on=rng.random(num_slots) < 0.8,
+        parking_brake=rng.random(num_slots) < 0.2,
         brake_authority=pick(1.0, 1.0, 0.4, 0.0, np.nan),
         lost_functions=np.where(rng.random(num_slots) < 0.6, 0, rng.integers(0, 16, num_slots)).astype(
             np.uint8

@@ -35,6 +35,7 @@ from xgv_cosim.vehicles.xgv.errors import (
 from xgv_cosim.vehicles.xgv.faults import Faults, warnings_of
 from xgv_cosim.vehicles.xgv.modes import (
     ERRORS_DETECTED,
+    MANUAL_SPEED,
     PARTIAL_MODE_ACTS_IN,
     PAUSES,
     ControlMode,
@@ -194,8 +195,12 @@ class XgvEndpoint:
                 events += self._motion.drop(f"dropped by {words}")
             events += self._auxiliaries.release(mode)
         if mode is SafetyMode.ESTOP_DISABLE and self._settings.disable_engine_off:
-            events.append(DevicesCommanded(engine_on=False))
+            events.append(DevicesCommanded(engine_on=False, reason=f"{words} (xgv.disable.engine_off)"))
         return events + self._show_warnings()
+
+    def partial_mode_entered(self, bits: int) -> None:
+        """Take note of which axes the human has: with the speed he has gear and parking brake (XGV-41)."""
+        self._auxiliaries.manual_speed = bool(bits & MANUAL_SPEED)
 
     def devices_changed(self, safety_devices: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
         """Take note of the safety devices now in force; only warnings come of it (XGV-38)."""

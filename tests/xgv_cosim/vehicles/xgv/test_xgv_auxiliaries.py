@@ -11,7 +11,12 @@ from tests.xgv_cosim.vehicles.xgv.stories import ALICE, BOB, TO_MOTION, TO_WRENC
 from xgv_cosim.actuation import Gear
 from xgv_cosim.commands import DiscreteDevices, Headlights, Signals, Turn
 from xgv_cosim.endpoint import DevicesCommanded, EndpointChanged, MessageRefused
-from xgv_cosim.vehicles.xgv.auxiliaries import engine_refusal, gear_refusal, signals_refusal
+from xgv_cosim.vehicles.xgv.auxiliaries import (
+    engine_refusal,
+    gear_refusal,
+    parking_brake_refusal,
+    signals_refusal,
+)
 from xgv_cosim.vehicles.xgv.modes import ControlMode, SafetyMode
 
 SHIFT = DiscreteDevices(gear=Gear.REVERSE)
@@ -22,16 +27,37 @@ COMPUTER_HAS_DEVICES = PAUSES | {SafetyMode.DRIVE_BY_WIRE}
 IN_CONTROL = {Standing.CONTROLLER, Standing.DEPUTY}
 
 
-@pytest.mark.parametrize(("safety", "control", "standing"), list(product(SafetyMode, ControlMode, Standing)))
-def test_gear_shifts_in_drive_by_wire_and_wrench_efforts_only_xgv_09_xgv_16_xgv_34(
-    safety: SafetyMode, control: ControlMode, standing: Standing
+@pytest.mark.parametrize(
+    ("safety", "control", "standing", "manual"),
+    list(product(SafetyMode, ControlMode, Standing, (False, True))),
+)
+def test_gear_shifts_in_drive_by_wire_and_wrench_efforts_only_xgv_09_xgv_16_xgv_34_xgv_41(
+    safety: SafetyMode, control: ControlMode, standing: Standing, manual: bool
 ) -> None:
     permitted = (
         safety is SafetyMode.DRIVE_BY_WIRE
         and control is ControlMode.WRENCH_EFFORTS
         and standing in IN_CONTROL
+        and not manual
     )
-    assert (gear_refusal(safety, control, standing) == "") is permitted
+    assert (gear_refusal(safety, control, standing, manual_speed=manual) == "") is permitted
+
+
+@pytest.mark.parametrize(
+    ("safety", "standing", "sets", "manual", "needed"),
+    list(product(SafetyMode, Standing, (False, True), (False, True), (False, True))),
+)
+def test_the_parking_brake_is_set_in_every_pause_and_released_in_drive_by_wire_only_xgv_09_xgv_34(
+    safety: SafetyMode, standing: Standing, sets: bool, manual: bool, needed: bool
+) -> None:
+    """XGV-16, XGV-41: by a controller, in a pause by anyone; never where a human has the brakes."""
+    by_controller = standing in IN_CONTROL
+    permitted = not manual and (
+        (safety is SafetyMode.DRIVE_BY_WIRE and by_controller)
+        or (safety in PAUSES and sets and (by_controller or not needed))
+    )
+    why = parking_brake_refusal(safety, standing, sets=sets, manual_speed=manual, needs_control=needed)
+    assert (why == "") is permitted
 
 
 @pytest.mark.parametrize(("safety", "standing", "needed"), list(product(SafetyMode, Standing, (False, True))))
@@ -101,9 +127,30 @@ def test_what_is_permitted_of_a_message_is_done_and_the_rest_refused_xgv_34() ->
     assert story.say(DiscreteDevices()) == []
 
 
+def test_manual_speed_takes_gear_and_parking_brake_from_the_computer_xgv_41() -> None:
+    """The endpoint learns the partial mode; the engine stays the computer's (XGV-39)."""
+    story = Story()
+    story.say(*TO_WRENCH)
+    story.enter(SafetyMode.DRIVE_BY_WIRE)
+    message = DiscreteDevices(gear=Gear.REVERSE, engine_on=True, parking_brake=True)
+    for bits in (2, 3):
+        story.endpoint.partial_mode_entered(bits)
+        done, refused = story.say(message)
+        assert done == DevicesCommanded(engine_on=True)
+        assert isinstance(refused, MessageRefused)
+        assert refused.reason == (
+            "gear: in manual speed the gear belongs to the human (XGV-41); "
+            "parking brake: in manual speed the brakes belong to the human (XGV-41)"
+        )
+    for bits in (0, 1):
+        story.endpoint.partial_mode_entered(bits)
+        assert story.say(message) == [DevicesCommanded(Gear.REVERSE, engine_on=True, parking_brake=True)]
+
+
 def test_disable_switches_the_engine_off_if_configured_xgv_31() -> None:
     story = Story(disable_engine_off=True)
-    assert DevicesCommanded(engine_on=False) in story.enter(SafetyMode.ESTOP_DISABLE)
+    stopped = DevicesCommanded(engine_on=False, reason="estop disable (xgv.disable.engine_off)")
+    assert stopped in story.enter(SafetyMode.ESTOP_DISABLE)
     assert not any(isinstance(e, DevicesCommanded) for e in Story().enter(SafetyMode.ESTOP_DISABLE))
 
 
