@@ -14,6 +14,7 @@ _TEXTS = {
     "injection_without_vehicle": "injection {after} at {t_s:g} s did not act",
     "injection_unsupported": "injection {after} at {t_s:g} s did not act",
     "pause_ineffective": "a pause does not brake",
+    "pause_weaker_than_set": "a pause brakes less than it is set to",
     "disable_ineffective": "a disable does not brake",
     "without_drive": "nothing drives it from {t_s:g} s on: {after}",
     "stack_failed": "the stack failed at {t_s:g} s",

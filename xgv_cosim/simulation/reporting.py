@@ -6,7 +6,7 @@ import numpy as np
 
 from xgv_cosim.actuation import Driver, Gear, Lateral, Longitudinal, LostFunction
 from xgv_cosim.columns import BoolColumn, UInt8Column
-from xgv_cosim.simulation import commanding
+from xgv_cosim.simulation import braking, commanding
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.moding import AxisModes
 from xgv_cosim.simulation.state import RunState
@@ -64,6 +64,7 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
     ``stop_masked``: a higher mode, a fault or a bypass stands before the demand (XGV-68).
     ``pause_ineffective``, ``disable_ineffective``: the mode is a stop, and the computer does not brake, for
     the pedals are a human's or an error has taken the brake away (XGV-38, XGV-41).
+    ``pause_weaker_than_set``: it brakes, but the road does not let it reach the set deceleration (XGV-36).
     """
     fleet = state.fleet
     left_to_human = pausing & fleet.handed_over & np.isin(fleet.longitudinal, _NOT_THE_COMPUTERS)
@@ -71,6 +72,8 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
         (pausing & (fleet.longitudinal == Longitudinal.CONTROLLED_STOP))
         | np.isin(fleet.longitudinal, _EMERGENCY_BRAKING)
     )
+    reach = braking.reach_of(fleet)
+    weaker = braking.is_weaker_than_set(fleet, reach) & ~without_brake
     for vehicle in state.vehicles:
         slot, mode = vehicle.slot, int(fleet.safety_mode[vehicle.slot])
         now = {("stop_masked", what): why for what, why in vehicle.devices.masked_stops(mode).items()}
@@ -78,6 +81,9 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
             kind = "pause_ineffective" if pausing[slot] else "disable_ineffective"
             name = vehicle.binding.profile.safety_mode_name(mode)
             now[kind, name] = _why_no_brake(state, vehicle, is_manual=bool(left_to_human[slot]))
+        if weaker[slot]:
+            name = vehicle.binding.profile.safety_mode_name(mode)
+            now["pause_weaker_than_set", name] = braking.why_weaker(fleet, reach, slot)
         for kind, what in [key for key in vehicle.lasting if key not in now]:
             _end(state, vehicle, kind, what)
         for (kind, what), why in now.items():

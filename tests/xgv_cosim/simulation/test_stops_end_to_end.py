@@ -12,7 +12,12 @@ import math
 import numpy as np
 import pytest
 
-from tests.xgv_cosim.kernel.test_stopping_proofs import EDMUNDS_60_TO_0_M, MPH_MPS, full_brake_way_m
+from tests.xgv_cosim.kernel.test_stopping_proofs import (
+    EDMUNDS_60_TO_0_M,
+    LOAD_MPS2,
+    MPH_MPS,
+    full_brake_way_m,
+)
 from tests.xgv_cosim.simulation.bare_world import Car, injection, simulation
 from tests.xgv_cosim.simulation.conftest import Opener
 from xgv_cosim.injection import InjectionKind
@@ -31,7 +36,7 @@ class Stop:
 
     def __init__(
         self, speed_mps: float, kind: InjectionKind, *, latency_s: float = 0.0, decel_mps2: float = 2.5,
-        step_s: float = 0.1, **parameters: float,
+        step_s: float = 0.1, steady: bool = True, **parameters: float,
     ) -> None:  # fmt: skip
         settings = XgvSettings(pause_decel_mps2=decel_mps2, safestop=SafeStopSettings(latency_s=latency_s))
         rows = [injection(EDGE_TICK, kind, "xgv")]
@@ -41,7 +46,8 @@ class Stop:
         car = self.run.vehicle("xgv")
         self.run.run_until(math.floor(EDGE_S / step_s + 1e-6) * step_s)
         self.edge_speed_mps = car.speed_mps
-        assert self.edge_speed_mps == pytest.approx(speed_mps, abs=0.12)
+        if steady:
+            assert self.edge_speed_mps == pytest.approx(speed_mps, abs=0.12)
         edge_m = car.pose.x_m + car.speed_mps * (EDGE_S - self.run.now_s)
         self.times_s, self.speeds_mps, self.accels_mps2 = [], [], []
         stands_s = 0.0
@@ -54,6 +60,12 @@ class Stop:
         self.way_m = car.pose.x_m - edge_m
         self.mode = car.mode
         self.brake = float(self.run.fleet.motion.brake[self.run.fleet.slot_of("xgv")])
+
+    def told(self, kind: str) -> list[tuple[float, str, str, tuple[str, ...]]]:
+        events = self.run.state.journal.events
+        return [
+            (event.t_s, event.before, event.after, event.reasons) for event in events if event.kind == kind
+        ]
 
     def modes(self) -> list[tuple[float, str]]:
         return [
@@ -129,6 +141,49 @@ def test_a_pause_brakes_as_set_on_a_slope_on_ice_and_with_load_xgv_36(road: dict
     np.testing.assert_allclose(stop.decels_mps2(EDGE_S + 0.08), 2.5, rtol=0.05)
     expected = speed**2 / 5.0 + speed * (0.08 + RESPONSE_S)
     assert abs(stop.way_m - expected) <= 0.01 * expected + 0.1
+
+
+@pytest.mark.parametrize(
+    ("road", "decel_mps2", "reached_mps2", "limit"),
+    [
+        ({"friction": 0.3}, 4.0, 0.3 * 9.81 + 0.01 * 9.81, "the grip allows 3.04 m/s²"),
+        (
+            {"friction": 0.3, "grade": -0.1},
+            2.5,
+            (0.31 - 0.1) * 9.81 / math.hypot(1.0, 0.1),
+            "grip allows 2.05",
+        ),
+        ({"max_brake_decel_mps2": 5.0}, 6.0, 5.0 + 0.01 * 9.81, "the brake allows 5.10 m/s²"),
+    ],
+)
+def test_a_pause_that_the_road_does_not_allow_brakes_with_what_there_is_and_says_so_xgv_36(
+    road: dict[str, float], decel_mps2: float, reached_mps2: float, limit: str
+) -> None:
+    """The user sees an event with what limits it and its duration; the way is that of what there is."""
+    stop = Stop(18.0, InjectionKind.ESTOP_PAUSE, latency_s=0.08, decel_mps2=decel_mps2, **road)
+    onset_s, speed = EDGE_S + 0.08, stop.edge_speed_mps
+    decels = stop.decels_mps2(onset_s)
+    rolling = np.array(stop.speeds_mps)[: np.argmax(np.array(stop.speeds_mps) < 2.0)]  # no creep yet
+    assert decels[: len(rolling) - 4].min() >= 0.97 * reached_mps2
+    assert decels.max() <= reached_mps2 + LOAD_MPS2[0] * speed**2 + 0.02  # what drag adds
+    assert stop.way_m == pytest.approx(speed**2 / 2.0 / decels.mean() + speed * 0.14, rel=0.03)
+    begin, end = stop.told("pause_weaker_than_set")
+    assert begin[:3] == (pytest.approx(onset_s), "", "estop_pause")
+    assert begin[3][0].startswith(f"set to {decel_mps2:.2f} m/s², but on this road the ")
+    assert limit in begin[3][0]
+    assert end[:3] == (pytest.approx(onset_s + speed / decels.mean(), abs=0.3), "estop_pause", "")
+
+
+def test_a_pause_on_a_slope_too_slippery_to_stop_says_so_xgv_36() -> None:
+    stop = Stop(10.0, InjectionKind.ESTOP_PAUSE, friction=0.1, grade=-0.15, steady=False)
+    (begin,) = stop.told("pause_weaker_than_set")
+    assert begin[3] == ("set to 2.50 m/s², but on this slope the grip does not stop it at all",)
+    assert stop.speeds_mps[-1] > 10.0
+
+
+@pytest.mark.parametrize("road", [{}, {"friction": 0.3}, {"grade": -0.12}])
+def test_a_pause_that_brakes_as_set_tells_of_no_weakness_xgv_36(road: dict[str, float]) -> None:
+    assert Stop(10.0, InjectionKind.DOOR, **road).told("pause_weaker_than_set") == []
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,13 @@ SAFETY_READINGS = (
         ("pause_ineffective", "partial_mode"),
     ),
     Reading(
+        "XGV-36",
+        "D",
+        "Where grip, brake or slope do not allow the set deceleration, a pause brakes with what there is; the "
+        "event pause_weaker_than_set says so, with what limits it and the duration.",
+        ("pause_weaker_than_set",),
+    ),
+    Reading(
         "XGV-38",
         "D",
         "An error that takes the brake away leaves a pause or a disable without effect; the events "
