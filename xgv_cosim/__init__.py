@@ -1,7 +1,7 @@
 """xgv-cosim: SUMO vehicles bound to emulated drive-by-wire vehicles.
 
-``simulate`` opens a scenario to be stepped, ``run`` makes a whole run with its folder. Importing this
-package loads no engine; the first use of a name does.
+``simulate`` opens a scenario to be stepped, ``run`` makes a whole run with its folder, ``attach`` takes part
+in a script that runs SUMO itself. Importing this package loads no engine; the first use of a name does.
 """
 
 from __future__ import annotations
@@ -26,28 +26,35 @@ from xgv_cosim.errors import (
 if TYPE_CHECKING:
     from xgv_cosim.entry import run, simulate
     from xgv_cosim.simulation import Simulation, VehicleHandle
+    from xgv_cosim.step_listener import Plugin, SumoOptionsWarning, attach
 
 __all__ = [
     "CommandError",
     "FolderInUseError",
     "MissingLibraryError",
+    "Plugin",
     "RecordingError",
     "ReplayError",
     "ScenarioError",
     "Simulation",
+    "SumoOptionsWarning",
     "UnknownVehicleError",
     "VehicleHandle",
     "WorldConfigurationError",
     "WorldError",
     "XgvCosimError",
     "__version__",
+    "attach",
     "run",
     "simulate",
 ]
 
 _LAZY = {
+    "Plugin": "xgv_cosim.step_listener",
     "Simulation": "xgv_cosim.simulation",
+    "SumoOptionsWarning": "xgv_cosim.step_listener",
     "VehicleHandle": "xgv_cosim.simulation",
+    "attach": "xgv_cosim.step_listener",
     "run": "xgv_cosim.entry",
     "simulate": "xgv_cosim.entry",
 }

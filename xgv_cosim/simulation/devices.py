@@ -31,16 +31,23 @@ class Devices:
 
     def __init__(self, injections: Sequence[Injection] = ()) -> None:
         self._schedule: dict[int, list[tuple[int, Injection, bool]]] = {}
-        for source, injection in enumerate(injections):
-            self._schedule.setdefault(injection.tick, []).append((source, injection, True))
-            if injection.end_tick is not None:
-                self._schedule.setdefault(injection.end_tick, []).append((source, injection, False))
-        self._ticks = sorted(self._schedule)
+        self._ticks: list[int] = []
+        self._num_sources = 0
         self._chosen: dict[int, tuple[str, ...]] = {}
         self._acting: dict[str, dict[tuple[InjectionKind, int | None], set[int]]] = {}
         """Vehicle id -> what acts on it -> the sources that hold it."""
         self._at_transmitter: dict[str, dict[InjectionKind, set[int]]] = {}
         """Transmitter -> what acts on it -> the injections that hold it."""
+        for injection in injections:
+            self.add(injection)
+
+    def add(self, injection: Injection) -> None:
+        """Schedule one more; what of it lies on ticks that are over never acts."""
+        source, self._num_sources = self._num_sources, self._num_sources + 1
+        self._schedule.setdefault(injection.tick, []).append((source, injection, True))
+        if injection.end_tick is not None:
+            self._schedule.setdefault(injection.end_tick, []).append((source, injection, False))
+        self._ticks = sorted(self._schedule)
 
     def ticks_between(self, first: int, last: int) -> list[int]:
         """Return the scheduled ticks in ``[first, last)``."""

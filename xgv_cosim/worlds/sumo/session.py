@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from xgv_cosim.errors import WorldConfigurationError, WorldError
+from xgv_cosim.worlds.sumo.holding import LibsumoHold
 from xgv_cosim.worlds.sumo.inputs import check_inputs
 from xgv_cosim.worlds.sumo.libraries import load_libsumo
 from xgv_cosim.worlds.sumo.options import Option, parse_options, with_rooted_files
@@ -80,6 +81,10 @@ class Session:
 
     def __init__(self, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = ()) -> None:
         self.engine: ModuleType = load_libsumo()
+        if LibsumoHold.held_by is not None:
+            raise WorldError(
+                "libsumo is attached to a script in this process (xgv_cosim.attach); detach() that first"
+            )
         if Session._opened is not None or self.engine.isLoaded():
             raise WorldError(
                 "libsumo already runs a simulation in this process and holds only one; close that one first, "
@@ -122,6 +127,11 @@ class Session:
                 ) from error
             kept.seek(0)
             self._messages = kept.read().decode(errors="replace")
+
+    @classmethod
+    def is_any_open(cls) -> bool:
+        """Return whether libsumo holds a simulation of ours."""
+        return cls._opened is not None
 
     @property
     def is_open(self) -> bool:

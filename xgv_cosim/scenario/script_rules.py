@@ -1,0 +1,130 @@
+"""What a script has asked for, row by row: it holds for each simulation that the script runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from jaus.address import JausAddress
+from xgv_cosim.errors import ScenarioError
+from xgv_cosim.injection import Injection
+from xgv_cosim.links.base import Link
+from xgv_cosim.links.in_process import InProcessLink
+from xgv_cosim.observation import Stack
+from xgv_cosim.scenario.building import binding_from, injection_of, profile_of
+from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
+from xgv_cosim.scenario.selection import matches
+from xgv_cosim.simulation import Binding
+
+StackMaker = Callable[[str], Stack]
+"""Makes the stack of a vehicle from its id."""
+
+
+@dataclass(slots=True)
+class _BindRule:
+    section: BindSection
+    maker: StackMaker | None
+    """Makes stacks that no scenario can name."""
+    binding: Binding
+    has_bound: bool = False
+
+
+class ScriptRules:
+    """The rows of ``bind`` and ``injections`` of a script, in the order in which they came.
+
+    Args:
+        settings: What all vehicles share.
+    """
+
+    def __init__(self, settings: Scenario) -> None:
+        self._settings = settings
+        self._seed = 0
+        self._profile = profile_of(settings)
+        self._bind: list[_BindRule] = []
+        self._injections: list[InjectionSection] = []
+
+    @property
+    def safety_mode_name(self) -> Callable[[int], str]:
+        """Return the profile's names of safety modes."""
+        return self._profile.safety_mode_name
+
+    def bind(self, section: BindSection, stack: str | Stack | StackMaker) -> None:
+        """Add a row of ``bind``; ``stack`` wins over the row's own unless it is a name.
+
+        Raises:
+            ScenarioError: The stack is neither a name, nor has ``act``, nor can be called.
+        """
+        maker = None if isinstance(stack, str) else maker_of(stack)
+        self._bind.append(_BindRule(section, maker, self._ready(section, maker)))
+
+    def inject(self, section: InjectionSection) -> Injection:
+        """Add a row of ``injections`` and return it made ready."""
+        self._injections.append(section)
+        return injection_of(section, self._seed)
+
+    def begin(self, seed: int) -> list[Injection]:
+        """Make everything ready for a new simulation with this seed; return its injections."""
+        self._seed = seed
+        self._profile = profile_of(self._settings.model_copy(update={"seed": seed}))
+        for rule in self._bind:
+            rule.binding, rule.has_bound = self._ready(rule.section, rule.maker), False
+        return [injection_of(section, seed) for section in self._injections]
+
+    def select(self, vehicle_id: str, type_id: str) -> Binding | None:
+        """Return how a vehicle is bound by the first row that means it, None: not at all."""
+        for rule in self._bind:
+            if matches(rule.section.vehicles, vehicle_id, type_id, self._seed):
+                rule.has_bound = True
+                return rule.binding
+        return None
+
+    def unmatched(self) -> tuple[str, ...]:
+        """Return the rows of ``bind`` that have bound nobody in this simulation, in words."""
+        return tuple(
+            f"bind: no vehicle of the simulation was {rule.section.vehicles!r}"
+            for rule in self._bind
+            if not rule.has_bound
+        )
+
+    def _ready(self, section: BindSection, maker: StackMaker | None) -> Binding:
+        binding = binding_from(section, self._profile, self._settings.world.environment)
+        if maker is None:
+            return binding
+
+        def new_link(vehicle_id: str, address: JausAddress) -> Link:
+            return InProcessLink(maker(vehicle_id), address)
+
+        return replace(binding, new_link=new_link)
+
+
+def maker_of(stack: Stack | StackMaker) -> StackMaker:
+    """Return what makes the stack of each vehicle: the class or function given, or the one object.
+
+    Raises:
+        ScenarioError: It is neither.
+    """
+    if not isinstance(stack, type) and hasattr(stack, "act"):
+        return _OnlyOnce(stack)
+    if callable(stack):
+        return stack
+    raise ScenarioError(
+        f"bind: got stack {stack!r}, expected 'reference', 'none', an object with act(observation), or a "
+        "class or function that makes one from a vehicle's id"
+    )
+
+
+@dataclass(slots=True)
+class _OnlyOnce:
+    """One stack object drives one vehicle."""
+
+    stack: Stack
+    driven: str = ""
+
+    def __call__(self, vehicle_id: str) -> Stack:
+        if self.driven not in {"", vehicle_id}:
+            raise ScenarioError(
+                f"bind: the stack object {self.stack!r} drives {self.driven!r} already and cannot drive "
+                f"{vehicle_id!r} too; give its class or a function that makes one for each vehicle"
+            )
+        self.driven = vehicle_id
+        return self.stack

@@ -1,0 +1,319 @@
+"""Bound vehicles in a SUMO simulation that somebody else's script runs: three lines, its loop unchanged.
+
+::
+
+    import xgv_cosim
+    plugin = xgv_cosim.attach(traci)
+    plugin.bind("veh0")
+
+Each SUMO step that the script makes is then a step of ours: the same loop as in a headless run, around
+the script's own SUMO.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from xgv_cosim.errors import ScenarioError, UnknownVehicleError, WorldError
+from xgv_cosim.events import Event
+from xgv_cosim.observation import Stack
+from xgv_cosim.recording import Recorder
+from xgv_cosim.scenario.script_rows import bind_row, injection_row, script_scenario
+from xgv_cosim.scenario.script_rules import ScriptRules, StackMaker
+from xgv_cosim.simulation import Binding, Observer, Simulation, VehicleHandle, lifecycle
+from xgv_cosim.snapshot import Snapshot
+from xgv_cosim.worlds.sumo.attached import AttachedSimulation, seed_of, step_length_s
+from xgv_cosim.worlds.sumo.attaching import hold_of
+from xgv_cosim.worlds.sumo.world import SumoWorld
+
+
+def attach(
+    traci_or_libsumo: object,
+    *,
+    seed: int | None = None,
+    xgv: Mapping[str, Any] | None = None,
+    safestop: Mapping[str, Any] | None = None,
+    environment: Mapping[str, Any] | None = None,
+    observers: Sequence[Observer] = (),
+) -> Plugin:
+    """Take part in the steps of a script that runs SUMO itself; before or after it starts SUMO.
+
+    Args:
+        traci_or_libsumo: The module ``traci`` or ``libsumo``, or a connection of traci.
+        seed: Seed of everything random in the bound vehicles; None: SUMO's own seed.
+        xgv: Settings of the vehicles, as in a scenario's ``xgv``.
+        safestop: Settings of the wireless stop, as in a scenario's ``safestop``.
+        environment: The road, as in a scenario's ``world.environment``.
+        observers: Told of each step and event.
+
+    Raises:
+        WorldError: It is none of these, attached already, or runs in steps that do not fit.
+        ScenarioError: A key is unknown or a value wrong.
+    """
+    rules = ScriptRules(script_scenario(xgv=xgv, safestop=safestop, environment=environment))
+    return Plugin(traci_or_libsumo, rules, seed, observers)
+
+
+_NOT_THE_SCRIPT = frozenset({"xgv_cosim", "libsumo", "traci", "contextlib"})
+
+
+class SumoOptionsWarning(UserWarning):
+    """SUMO runs with options under which something stays hidden from a plugin, or happens to its vehicles."""
+
+
+class Plugin:
+    """What ``attach`` returns: bound vehicles in the script's simulation.
+
+    When the script closes SUMO and starts it again, or loads another simulation or state, everything
+    begins anew under the same rows of ``bind`` and ``inject``.
+    """
+
+    def __init__(
+        self, traci_or_libsumo: object, rules: ScriptRules, seed: int | None, observers: Sequence[Observer]
+    ) -> None:
+        self._rules = rules
+        self._seed = seed
+        self._observers = tuple(observers)
+        self._released: set[str] = set()
+        self._asks_for_present = False
+        """A row of ``bind`` is new, so that vehicles may be meant that drive already."""
+        self._recorder: Recorder | None = None
+        self._simulation: Simulation | None = None
+        self._begin_s = 0.0
+        self._events: list[Event] = []
+        self._warned: set[str] = set()
+        self._hold = hold_of(traci_or_libsumo, self)
+        try:
+            if self._hold.engine is not None:
+                step_length_s(self._hold.engine)
+        except BaseException:
+            self._hold.let_go()
+            raise
+
+    def bind(
+        self,
+        vehicles: str | Sequence[str] | None = None,
+        *,
+        type: str | None = None,  # noqa: A002 - the key of a scenario
+        share: float | None = None,
+        seed: int | None = None,
+        stack: str | Stack | StackMaker = "reference",
+        **row: Any,  # noqa: ANN401 - checked as the row of a scenario
+    ) -> None:
+        """Bind vehicles: those that drive already from the next step on, the others as they depart.
+
+        Args:
+            vehicles: An id or pattern (``xgv_*``), or several of them.
+            type: Instead: SUMO's vehicle type, or a pattern.
+            share: Instead, or of that type: share of the vehicles, each drawn by its id and ``seed``.
+            seed: Seed of the draw.
+            stack: ``"reference"``, ``"none"``, an object with ``act(observation)`` for one vehicle, or a
+                class or function that makes such an object from a vehicle's id.
+            **row: Further keys of a row of a scenario's ``bind``, for example ``driver="none"``.
+
+        Raises:
+            ScenarioError: A key is unknown or a value wrong, or it is not clear which vehicles are meant.
+        """
+        query = {"type": type, "share": share, "seed": seed}
+        name = stack if isinstance(stack, str) else "none"
+        self._rules.bind(bind_row(vehicles, query, {"stack": name, **row}), stack)
+        self._released -= {vehicles} if isinstance(vehicles, str) else set(vehicles or ())
+        self._asks_for_present = True
+
+    def inject(
+        self,
+        vehicles: str | Sequence[str] | None = None,
+        *,
+        type: str | None = None,  # noqa: A002 - the key of a scenario
+        share: float | None = None,
+        seed: int | None = None,
+        **row: Any,  # noqa: ANN401 - checked as the row of a scenario
+    ) -> None:
+        """Let something happen to bound vehicles, as a row of a scenario's ``injections`` does.
+
+        Args:
+            vehicles: An id or pattern, or several of them.
+            type: As in ``bind``.
+            share: As in ``bind``.
+            seed: As in ``bind``.
+            **row: ``kind``, ``at_s`` (see ``now_s``) and further keys of the row.
+
+        Raises:
+            ScenarioError: A key is unknown or a value wrong, or the time is past.
+        """
+        section = injection_row(vehicles, {"type": type, "share": share, "seed": seed}, row)
+        if self._simulation is not None and section.at_s < self.now_s:
+            raise ScenarioError(
+                f"inject: at_s {section.at_s:g} is past, it is {self.now_s:g} s; give a later time, or use "
+                "vehicle(id).inject(kind), which acts with the next step"
+            )
+        injection = self._rules.inject(section)
+        if self._simulation is not None:
+            self._simulation.state.devices.add(injection)
+
+    def release(self, vehicle_id: str) -> None:
+        """Give a bound vehicle back to SUMO's driver; it stays SUMO's until ``bind`` names it again.
+
+        Raises:
+            UnknownVehicleError: No such vehicle is bound now.
+        """
+        if self._simulation is None:
+            raise UnknownVehicleError(vehicle_id, ())
+        state, world = self._simulation.state, self._simulation.world
+        lifecycle.release(state, vehicle_id, "released by the script")
+        world.release(vehicle_id)
+        self._released.add(vehicle_id)
+
+    @property
+    def now_s(self) -> float:
+        """Simulation time: 0 at SUMO's time ``begin_s``."""
+        return 0.0 if self._simulation is None else self._simulation.now_s
+
+    @property
+    def begin_s(self) -> float:
+        """SUMO's time when the plugin took hold of the simulation: its begin, if attached by then."""
+        return self._begin_s
+
+    @property
+    def vehicle_ids(self) -> tuple[str, ...]:
+        """Ids of the vehicles bound now."""
+        return () if self._simulation is None else self._simulation.vehicle_ids
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """All vehicles of SUMO after the last step.
+
+        Raises:
+            WorldError: There is no simulation.
+        """
+        return self._opened().snapshot
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What has happened in this simulation, or in the last one if there is none now."""
+        return tuple(self._events)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Options of SUMO that hide something from the plugin, with what to start SUMO with instead."""
+        return () if self._simulation is None else self._simulation.world.messages
+
+    def vehicle(self, vehicle_id: str) -> VehicleHandle:
+        """Return the handle of a bound vehicle.
+
+        Raises:
+            UnknownVehicleError: No such vehicle is bound now.
+            WorldError: There is no simulation.
+        """
+        return self._opened().vehicle(vehicle_id)
+
+    def record(self, folder: str | Path) -> None:
+        """Record the simulation that begins next into a run folder; call it before its first step.
+
+        Raises:
+            ScenarioError: A simulation is under way, or another folder waits already.
+            RecordingError: The folder is not empty or cannot be written.
+        """
+        if self._simulation is not None or self._recorder is not None:
+            raise ScenarioError("record: call it once for each simulation, before its first step")
+        self._recorder = Recorder(Path(folder), safety_mode_name=self._rules.safety_mode_name)
+
+    def detach(self) -> None:
+        """Give all vehicles back to SUMO's driver and let go of the script, which can go on."""
+        if self._hold.engine is not None:
+            for vehicle_id in self.vehicle_ids:
+                self.release(vehicle_id)
+        self.user_ends()
+        self._hold.let_go()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.detach()
+
+    def user_steps(self) -> None:
+        """Make SUMO's next step, which the script asks for."""
+        simulation = self._opened()
+        if self._asks_for_present:
+            self._asks_for_present = False
+            self._bind_present(simulation)
+        snapshot = simulation.step()
+        if abs(snapshot.time_s - simulation.now_s) > 1e-6:
+            raise WorldError(
+                f"SUMO is at {self._begin_s + snapshot.time_s:g} s, but the steps that the plugin saw lead "
+                f"to {self._begin_s + simulation.now_s:g} s: the script has stepped or loaded past it. Step "
+                "through the module or connection that is attached"
+            )
+
+    def user_ends(self) -> None:
+        """Forget the simulation that the script ends; what was asked for holds for the next one too."""
+        simulation, self._simulation = self._simulation, None
+        if simulation is None:
+            return
+        for vehicle_id in simulation.vehicle_ids:
+            lifecycle.release(simulation.state, vehicle_id, "the script has ended the simulation")
+        simulation.close()
+        self._released.clear()
+        if self._recorder is not None:
+            self._recorder.close()
+            self._recorder = None
+        self._warn(self._rules.unmatched(), UserWarning)
+
+    def _opened(self) -> Simulation:
+        """Return the simulation, made around the script's if there is none yet."""
+        if self._simulation is None:
+            engine = self._hold.engine
+            if engine is None:
+                raise WorldError("the script has no simulation open; start SUMO first")
+            step_s = step_length_s(engine)
+            injections = self._rules.begin(seed_of(engine) if self._seed is None else self._seed)
+            simulation = Simulation(
+                SumoWorld(lambda: AttachedSimulation(self._hold), step_s),
+                self._selected,
+                injections,
+                step_s=step_s,
+                observers=[*self._observers, *([self._recorder] if self._recorder else [])],
+            )
+            self._begin_s = float(engine.simulation.getTime())
+            self._events = simulation.state.journal.events
+            if self._recorder:
+                self._recorder.use_road(simulation.world.road)
+            self._simulation = simulation
+            self._warn(simulation.world.messages, SumoOptionsWarning)
+        return self._simulation
+
+    def _selected(self, vehicle_id: str, type_id: str) -> Binding | None:
+        return None if vehicle_id in self._released else self._rules.select(vehicle_id, type_id)
+
+    def _bind_present(self, simulation: Simulation) -> None:
+        """Bind those who drive already and whom a newer row of ``bind`` means."""
+        snapshot = simulation.snapshot
+        for vehicle_id, type_id in zip(snapshot.ids, snapshot.type_ids, strict=True):
+            if vehicle_id in simulation.state.vehicles:
+                continue
+            binding = self._selected(vehicle_id, type_id)
+            if binding is not None:
+                lifecycle.bind(simulation.state, simulation.world, snapshot, vehicle_id, binding)
+
+    def _warn(self, texts: Sequence[str], category: type[Warning]) -> None:
+        """Warn at the line of the script that has led here, of each thing once."""
+        new = [text for text in texts if text not in self._warned]
+        self._warned.update(new)
+        if new:
+            warnings.warn("\n".join(new), category, stacklevel=_frames_to_the_script())
+
+
+def _frames_to_the_script() -> int:
+    """Return how many calls away from ``warnings.warn`` in ``_warn`` the script stands."""
+    frame, levels = sys._getframe(1), 1  # noqa: SLF001 - warnings offers no other way before Python 3.12
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] in _NOT_THE_SCRIPT:
+        frame, levels = frame.f_back, levels + 1
+    return levels

@@ -1,0 +1,157 @@
+"""Where a user's script steps SUMO: taken hold of there, so that each of its steps becomes one of ours.
+
+The script goes on calling what it always called. Wrapped is the innermost function that all its ways of
+stepping lead to, so that ``from traci import simulationStep`` is caught, whenever it was imported.
+"""
+
+from __future__ import annotations
+
+import functools
+import sys
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from xgv_cosim.errors import WorldError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import ModuleType
+
+    from xgv_cosim.worlds.sumo.engine import Engine
+
+
+class Holder(Protocol):
+    """Who is told what the script does."""
+
+    def user_steps(self) -> None:
+        """The script wants SUMO's next step: make it, by ``Hold.step_once``."""
+        ...
+
+    def user_ends(self) -> None:
+        """The script is about to end its simulation, or to put another state in its place."""
+        ...
+
+
+class Hold(Protocol):
+    """The script's hold on SUMO, shared."""
+
+    @property
+    def engine(self) -> Engine | None:
+        """Return the interface to the simulation that is open, None while there is none."""
+        ...
+
+    def step_once(self) -> None:
+        """Make one step as SUMO makes it; its errors are the script's own."""
+        ...
+
+    def let_go(self) -> None:
+        """Give everything back as it was."""
+        ...
+
+
+class Patches:
+    """Attributes replaced by wrappers of what they were, to be put back."""
+
+    def __init__(self) -> None:
+        self._made: list[tuple[Any, str, object, object]] = []
+
+    def wrap(
+        self, owner: object, name: str, make: Callable[[Callable[..., Any]], Callable[..., Any]]
+    ) -> None:
+        """Replace a function of a module or class by a wrapper; nothing where there is no such function."""
+        original = getattr(owner, name, None)
+        if original is None:
+            return
+        wrapper = functools.wraps(original)(make(original))
+        is_static = isinstance(vars(owner).get(name), staticmethod)
+        before, now = vars(owner)[name], staticmethod(wrapper) if is_static else wrapper
+        setattr(owner, name, now)
+        self._made.append((owner, name, before, now))
+
+    def undo(self) -> None:
+        """Put back what nobody has wrapped again since; other wrappers must pass on by themselves."""
+        for owner, name, before, now in reversed(self._made):
+            if vars(owner).get(name) is now:
+                setattr(owner, name, before)
+        self._made.clear()
+
+
+def steps_up_to(time_s: float, now_s: Callable[[], float], step: Callable[[], None]) -> None:
+    """Step as SUMO does for ``simulationStep(time_s)``: once for 0, else until the time has come."""
+    target_ms = round(time_s * 1000.0)
+    if target_ms == 0:
+        step()
+        return
+    while round(now_s() * 1000.0) < target_ms:
+        step()
+
+
+class LibsumoHold:
+    """A script that uses libsumo, under whatever name.
+
+    Args:
+        given: The module as the script calls it: ``libsumo``, or ``traci`` under ``LIBSUMO_AS_TRACI``.
+        holder: Who is told.
+
+    Raises:
+        WorldError: Somebody holds libsumo already.
+    """
+
+    held_by: ClassVar[LibsumoHold | None] = None
+
+    def __init__(self, given: ModuleType, holder: Holder) -> None:
+        if LibsumoHold.held_by is not None:
+            raise WorldError("libsumo is attached already; use that plugin, or detach() it first")
+        self._libsumo = sys.modules["libsumo"]
+        self._holder = holder
+        self._original: Callable[[float], None]
+        self._stepping = False
+        self._patches = Patches()
+        simulation = self._libsumo.simulation
+        if hasattr(self._libsumo, "_libsumo_step"):
+            self._patches.wrap(self._libsumo, "_libsumo_step", self._step_wrapper)
+        else:  # older versions
+            self._patches.wrap(simulation, "step", self._step_wrapper)
+        for name in ("start", "close", "load", "loadState"):
+            self._patches.wrap(simulation, name, self._end_wrapper)
+        for module in {self._libsumo, given}:
+            self._patches.wrap(module, "load", self._end_wrapper)  # a copy of its own
+        LibsumoHold.held_by = self
+
+    @property
+    def engine(self) -> Engine | None:
+        """Return libsumo while it holds a simulation."""
+        engine: Engine | None = self._libsumo if self._libsumo.isLoaded() else None
+        return engine
+
+    def step_once(self) -> None:
+        """Make one step; the script's listeners are called by libsumo after all steps of its call."""
+        self._stepping = True
+        try:
+            self._original(0.0)
+        finally:
+            self._stepping = False
+
+    def let_go(self) -> None:
+        """Put libsumo's functions back; a script that kept a wrapper finds that it only passes on."""
+        if LibsumoHold.held_by is self:
+            LibsumoHold.held_by = None
+            self._patches.undo()
+
+    def _step_wrapper(self, original: Callable[[float], None]) -> Callable[..., None]:
+        self._original = original
+
+        def step(time: float = 0.0) -> None:
+            if self._stepping or LibsumoHold.held_by is not self or not self._libsumo.isLoaded():
+                original(time)
+            else:
+                steps_up_to(time, self._libsumo.simulation.getTime, self._holder.user_steps)
+
+        return step
+
+    def _end_wrapper(self, original: Callable[..., Any]) -> Callable[..., Any]:
+        def end(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - whatever SUMO's takes and returns
+            if LibsumoHold.held_by is self:
+                self._holder.user_ends()
+            return original(*args, **kwargs)
+
+        return end
