@@ -268,9 +268,7 @@ def advance_in_place(
                 throttle,
                 brake,
                 way * forces.direction * forces.full_throttle_mps2,
-                forces.road_load_mps2
-                + road.parking_brake_mps2
-                + way * (road.slope_mps2 - forces.creep_mps2),
+                forces.road_load_mps2 + road.parking_brake_mps2 + way * (road.slope_mps2 - forces.creep_mps2),
                 way * road.slope_mps2,
                 max(MIN_BRAKE_MPS2, vehicle.max_brake_decel_mps2 * orders.brake_authority),
                 road.grip_mps2,

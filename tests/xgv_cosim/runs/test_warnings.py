@@ -5,9 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 import xgv_cosim
 from xgv_cosim.cli.summary import print_summary
+from xgv_cosim.events import Event
 from xgv_cosim.recording import REPORT, RESULT
+from xgv_cosim.runs.warnings import warnings_of
+from xgv_cosim.scenario.loading import load_scenario
 
 IDLE = [
     "duration_s=2",
@@ -33,6 +38,18 @@ def test_a_run_that_binds_nothing_says_so(tmp_path: Path) -> None:
     xgv_cosim.run("hello", out=tmp_path / "out", set=overrides, report=False)
     warnings = json.loads((tmp_path / "out" / RESULT).read_text())["warnings"]
     assert warnings == ["no vehicle was bound: no row of 'bind' matches a vehicle that has departed"]
+
+
+@pytest.mark.parametrize(("ended_s", "is_told"), [(10.1, False), (11.0, False), (14.0, True), (None, True)])
+def test_a_car_that_stands_because_its_engine_is_off_is_told(ended_s: float | None, is_told: bool) -> None:
+    """XGV-31: not where its stack started it at once; another car's engine says nothing of this one's."""
+    begun = Event(10.0, "xgv_0", "without_drive", "", "engine off", ("nothing drives the car",))
+    events = [Event(1.0, "xgv_0", "bound"), begun, Event(10.1, "xgv_1", "without_drive", "engine off", "")]
+    if ended_s is not None:
+        events.append(Event(ended_s, "xgv_0", "without_drive", "engine off", "", ("lasted",)))
+    told = warnings_of(load_scenario("hello"), events)
+    line = "xgv_0: nothing drives it from 10 s on: engine off (nothing drives the car)"
+    assert told == ([line] if is_told else [])
 
 
 def test_lost_commands_are_judged_from_the_demand_not_from_the_loss(tmp_path: Path) -> None:

@@ -36,8 +36,9 @@ CONTROL_READINGS = (
     Reading(
         "XGV-31",
         "D",
-        "Whether e-stop disable switches the engine off.",
-        ("safety_mode:estop_disable",),
+        "Whether e-stop disable switches the engine off. Nothing starts it by itself: the car's controller "
+        "does, in a pause anyone; the event without_drive says that the computer is to drive without it.",
+        ("safety_mode:estop_disable", "without_drive"),
         key="xgv.disable.engine_off",
         setting="disable_engine_off",
     ),
@@ -45,7 +46,7 @@ CONTROL_READINGS = (
         "XGV-31",
         "D",
         "Whether the brake loses its assistance while the engine is off; then an effort gives a share of its "
-        "deceleration. A driver who takes the speed starts the engine again.",
+        "deceleration. A driver who takes the speed starts the engine and releases the parking brake.",
         ("engine:off",),
         key="xgv.engine.brake_assist_lost",
         setting="engine_brake_assist_lost",
@@ -57,6 +58,35 @@ CONTROL_READINGS = (
         "0.5 s of standstill with the brake pressed and 1.0 s of shifting (plant: shift_standstill_s, "
         "shift_delay_s). Steering that has lost its function is as if released.",
         ("handover", "gear_engaged"),
+    ),
+    Reading(
+        "XGV-70",
+        "D",
+        "A gear commanded in wrench efforts waits for standstill and brake, and the event gear_shift_waiting "
+        "says so. While a change of direction waits or is under way the commanded throttle is withheld, else "
+        "it would drive the car on in the old gear for ever. The brake is the client's to press.",
+        ("gear_shift_waiting",),
+    ),
+    Reading(
+        "XGV-34",
+        "D",
+        "A shift that has not come yet is dropped, and has to be commanded anew, when a pause, a human or "
+        "closed loop takes the shifting from wrench efforts.",
+        ("gear_shift_dropped",),
+    ),
+    Reading(
+        "XGV-34",
+        "D",
+        "To set the parking brake causes no motion: the car's controller may in drive-by-wire, in a pause "
+        "anyone, as with the engine. To release it lets the car roll: refused in a pause. It acts at once, "
+        "with or without engine and brake, and stays as it is in a disable and with nobody aboard.",
+        ("parking_brake", "command_refused:DiscreteDevices"),
+    ),
+    Reading(
+        "XGV-41",
+        "D",
+        "In manual speed gear and parking brake belong to the human; the engine stays the computer's.",
+        ("partial_mode", "command_refused:DiscreteDevices"),
     ),
     Reading(
         "XGV-34",

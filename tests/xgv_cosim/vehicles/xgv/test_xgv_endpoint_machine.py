@@ -113,6 +113,18 @@ class Conversation(RuleBasedStateMachine):
         if self.safety_mode is SafetyMode.DRIVE_BY_WIRE and not held:
             assert not switches
 
+    @rule(sender=clients, sets=st.booleans())
+    def parking_brake(self, sender: JausAddress, sets: bool) -> None:
+        """XGV-09, XGV-34: set in every pause, by anyone; released by a controller in drive-by-wire only."""
+        events = self.say(DiscreteDevices(parking_brake=sets), sender)
+        moves = any(isinstance(event, DevicesCommanded) for event in events)
+        held = sender in self.endpoint.component_controller.values()
+        assert moves or any(isinstance(event, MessageRefused) for event in events)
+        if self.safety_mode in PAUSES:
+            assert moves is sets
+        elif self.safety_mode is not SafetyMode.DRIVE_BY_WIRE or not held:
+            assert not moves
+
     @rule(sender=clients, turn=st.sampled_from(Turn))
     def signals(self, sender: JausAddress, turn: Turn) -> None:
         self.say(Signals(turn=turn), sender)
