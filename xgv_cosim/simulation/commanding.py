@@ -122,7 +122,13 @@ def copy_endpoint(state: RunState, vehicle: BoundVehicle) -> None:
     if bits != fleet.safety_devices[slot]:
         fleet.safety_devices[slot] = bits
         if vehicle.is_computing:
-            handle(state, vehicle, endpoint.devices_changed(bits, state.now_s))
+            tell_devices(state, vehicle)
+
+
+def tell_devices(state: RunState, vehicle: BoundVehicle) -> None:
+    """Tell an endpoint the device word in force, from which its warnings follow (XGV-38)."""
+    bits = vehicle.devices.bits | vehicle.endpoint.device_bits
+    handle(state, vehicle, vehicle.endpoint.devices_changed(bits, state.now_s))
 
 
 def write_command(command: CommandColumns, slot: int, accepted: CommandAccepted) -> None:

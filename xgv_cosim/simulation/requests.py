@@ -29,7 +29,11 @@ def apply_requests(state: RunState) -> None:
     to_clear, state.errors_to_clear = state.errors_to_clear, []
     for vehicle_id in to_clear:
         vehicle = state.vehicle(vehicle_id)
-        commanding.handle(state, vehicle, vehicle.endpoint.clear_errors(state.now_s))
+        if vehicle.is_computing:
+            commanding.handle(state, vehicle, vehicle.endpoint.clear_errors(state.now_s))
+        else:  # nobody answers him at the display (XGV-32, XGV-67)
+            why = ("the controller does not compute",)
+            state.note(vehicle_id, "operator_refused", after="clear_errors", reasons=why)
     partial_requested, state.partial_requested = state.partial_requested, []
     for vehicle_id, bits in partial_requested:
         slot = state.vehicle(vehicle_id).slot

@@ -87,7 +87,19 @@ def _follow_freeze(state: RunState, vehicle: BoundVehicle) -> None:
         stopped_s = state.now_s - vehicle.frozen_since_s
         fleet.command.expires_s[slot] += stopped_s
         vehicle.endpoint.delay(stopped_s)
+        fleet.frozen[slot] = False
+        if vehicle.is_computing:
+            _catch_up(state, vehicle)
     fleet.frozen[slot] = frozen
+
+
+def _catch_up(state: RunState, vehicle: BoundVehicle) -> None:
+    """Tell a controller that computes again what it has not noticed: devices, and a hardware override."""
+    fleet, slot = state.fleet, vehicle.slot
+    mode = int(fleet.safety_mode[slot])
+    if mode != fleet.held.safety_mode[slot]:
+        commanding.handle(state, vehicle, vehicle.endpoint.safety_mode_entered(mode, state.now_s))
+    commanding.tell_devices(state, vehicle)
 
 
 def _shut_down(state: RunState, vehicle: BoundVehicle) -> None:
@@ -104,6 +116,8 @@ def _boot(state: RunState, vehicle: BoundVehicle) -> None:
     vehicle.raised = frozenset()
     for kind, mode in _modes_of(vehicle):
         state.note(vehicle.vehicle_id, kind, "unknown", mode, ("system powered up",))
+    if vehicle.is_computing:
+        commanding.tell_devices(state, vehicle)
 
 
 def _modes_of(vehicle: BoundVehicle) -> list[tuple[str, str]]:

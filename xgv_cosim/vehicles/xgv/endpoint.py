@@ -172,6 +172,7 @@ class XgvEndpoint:
     def delay(self, stopped_s: float) -> None:
         """Put every deadline off by a time in which the controller was frozen (XGV-67)."""
         self._drivers.delay(stopped_s)
+        self._motion.delay(stopped_s)
 
     def heard(self, sender: JausAddress, now_s: float) -> None:
         """Take note of traffic that is no message for the endpoint (XGV-65)."""

@@ -70,6 +70,10 @@ class CommandInForce:
         self.command = None
         return None
 
+    def delay(self, stopped_s: float) -> None:
+        """Put the end of the command in force off by a time in which the clock stood still (XGV-67)."""
+        self._expires_s += stopped_s
+
     def drop(self, reason: str) -> list[EndpointEvent]:
         """Drop the command in force and all that wait (XGV-70)."""
         self._waiting.clear()
