@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,14 +10,12 @@ import numpy as np
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
-from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
+from xgv_cosim.columns import FloatMatrix, IntColumn
 from xgv_cosim.fleet import Motion
-from xgv_cosim.observation import DeviceReading, Observation
+from xgv_cosim.observation import DeviceReading, LaneBeside, Observation
 from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Snapshot
-
-PREVIEW_M = np.array([0.0, 3.0, 6.0, 10.0, 15.0, 20.0, 26.0, 33.0, 41.0, 50.0])
-"""Distances beyond the front bumper at which a stack sees the lane's centre line."""
+from xgv_cosim.surroundings import Beside, Surroundings
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,37 +29,28 @@ class ModeView:
     devices: DeviceReading
 
 
-def lane_ahead(
-    road: Road, snapshot: Snapshot, rows: IntColumn, motion: Motion, slots: IntColumn
-) -> FloatMatrix:
+def lane_ahead(surroundings: Surroundings, motion: Motion, slots: IntColumn) -> FloatMatrix:
     """Return centre-line points ahead in each vehicle's own frame, shape ``(n, len(PREVIEW_M), 2)``.
 
     Frame: x forward, y left, origin at the rear axle.
     """
-    lane = np.repeat(snapshot.lane[rows], PREVIEW_M.size)
-    following = np.repeat(snapshot.next_lane[rows], PREVIEW_M.size)
-    position = (snapshot.lane_position_m[rows][:, None] + PREVIEW_M).ravel()
-    points = road.points_ahead(lane, position, following)
-    east = points.x_m.reshape(rows.size, -1) - motion.x_m[slots][:, None]
-    north = points.y_m.reshape(rows.size, -1) - motion.y_m[slots][:, None]
+    east = surroundings.way_x_m - motion.x_m[slots][:, None]
+    north = surroundings.way_y_m - motion.y_m[slots][:, None]
     cosine = np.cos(motion.heading_rad[slots])[:, None]
     sine = np.sin(motion.heading_rad[slots])[:, None]
     return np.stack([cosine * east + sine * north, cosine * north - sine * east], axis=-1)
 
 
-def leader_of(
-    snapshot: Snapshot, rows: IntColumn, own_speed_mps: FloatColumn
-) -> tuple[FloatColumn, FloatColumn]:
-    """Return (gap, speed) of the leader of each row; ``inf`` and the own speed without a leader."""
-    leader = snapshot.leader[rows]
-    seen = leader >= 0
-    speed = np.where(seen, snapshot.speed_mps[leader], own_speed_mps)
-    return np.where(seen, snapshot.leader_gap_m[rows], np.inf), speed
+def lanes_beside(beside: Beside) -> list[LaneBeside | None]:
+    """Return the lane to one side of each vehicle, None where no lane may be changed to."""
+    rows = zip(*(column.tolist() for column in beside), strict=True)
+    return [None if math.isnan(row[0]) else LaneBeside(*row) for row in rows]
 
 
 def observe(
     snapshot: Snapshot,
     road: Road,
+    surroundings: Surroundings,
     motion: Motion,
     slots: IntColumn,
     vehicle_ids: Sequence[str],
@@ -71,18 +61,18 @@ def observe(
     Args:
         snapshot: The world after the step.
         road: Lanes of the world.
+        surroundings: What surrounds these vehicles, length n.
         motion: The fleet's motion, as measured.
         slots: Slots to observe, shape ``(n,)``.
         vehicle_ids: Vehicle id of each slot, length n.
         views: Modes of each slot, length n.
     """
-    if not len(slots):
-        return []
-    rows = np.array([snapshot.index_of[vehicle_id] for vehicle_id in vehicle_ids], np.int64)
-    ahead = lane_ahead(road, snapshot, rows, motion, slots)
-    gap, leader_speed = leader_of(snapshot, rows, motion.speed_mps[slots])
-    on_road = snapshot.lane[rows] >= 0
-    limit = np.where(on_road, road.lane_limit_mps(np.maximum(snapshot.lane[rows], 0)), np.inf)
+    around, ahead = surroundings, lane_ahead(surroundings, motion, slots).tolist()
+    left, right = lanes_beside(around.left), lanes_beside(around.right)
+    lanes = around.lane.tolist()
+    leader_speed_mps = np.where(
+        np.isfinite(around.leader_gap_m), around.leader_speed_mps, motion.speed_mps[slots]
+    )
     return [
         Observation(
             time_s=snapshot.time_s,
@@ -93,15 +83,27 @@ def observe(
             speed_mps=float(motion.speed_mps[slot]),
             accel_mps2=float(motion.accel_mps2[slot]),
             curvature_per_m=float(motion.curvature_per_m[slot]),
-            limit_mps=float(limit[n]),
-            lane_ahead_m=tuple((x, y) for x, y in ahead[n].tolist()) if on_road[n] else (),
-            leader_gap_m=float(gap[n]),
-            leader_speed_mps=float(leader_speed[n]),
+            limit_mps=float(around.limit_mps[n]),
+            lane_ahead_m=tuple((x, y) for x, y in ahead[n]) if lanes[n] >= 0 else (),
+            leader_gap_m=float(around.leader_gap_m[n]),
+            leader_speed_mps=float(leader_speed_mps[n]),
             safety_mode=view.safety_mode,
             reasons=view.reasons,
             component_status=view.component_status,
             component_controller=view.component_controller,
             devices=view.devices,
+            length_m=float(snapshot.length_m[snapshot.index_of[vehicle_id]]),
+            lane_id=road.lane_ids[lanes[n]] if lanes[n] >= 0 else "",
+            lane_width_m=float(around.lane_width_m[n]),
+            lateral_m=float(around.lateral_m[n]),
+            limits_ahead=around.limits_ahead[n],
+            lane_changes=int(around.lane_changes[n]),
+            lane_end_m=float(around.lane_end_m[n]),
+            route_end_m=float(around.route_end_m[n]),
+            left=left[n],
+            right=right[n],
+            signal=around.signals[n],
+            junction=around.junctions[n],
         )
         for n, (slot, vehicle_id, view) in enumerate(zip(slots.tolist(), vehicle_ids, views, strict=True))
     ]

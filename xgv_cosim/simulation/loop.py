@@ -128,7 +128,7 @@ class Simulation:
         lifecycle.release_gone(state, self.world, snapshot)
         if lifecycle.bind_new(state, self.world, self._selector, snapshot):
             self._resolve_modes()  # so that a new vehicle has its modes before anybody looks
-        views.send_observations(state, snapshot, self.world.road)
+        views.send_observations(state, snapshot, self.world)
         state.journal.step_done(clock.tick, fleet, snapshot)
         return snapshot
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from xgv_cosim.perception import ModeView, observe
-from xgv_cosim.road import Road
 from xgv_cosim.simulation import drivetrain, reporting
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
+from xgv_cosim.worlds.base import World
 
 
 def mode_view(state: RunState, vehicle: BoundVehicle) -> ModeView:
@@ -30,14 +30,15 @@ def mode_view(state: RunState, vehicle: BoundVehicle) -> ModeView:
     return vehicle.last_view
 
 
-def send_observations(state: RunState, snapshot: Snapshot, road: Road) -> None:
-    """Give each stack its view; it answers at the start of the next step."""
-    listening = [vehicle for vehicle in state.vehicles if vehicle.link is not None]
-    slots = np.array([vehicle.slot for vehicle in listening], np.int64)
-    names = [vehicle.vehicle_id for vehicle in listening]
-    seen = [mode_view(state, vehicle) for vehicle in listening]
-    for vehicle, observation in zip(
-        listening, observe(snapshot, road, state.fleet.motion, slots, names, seen), strict=True
-    ):
-        if vehicle.link is not None:
-            vehicle.link.send(observation)
+def send_observations(state: RunState, snapshot: Snapshot, world: World) -> None:
+    """Give each stack its view; it answers at the start of the next step. Who has none costs nothing."""
+    listening = [(vehicle, vehicle.link) for vehicle in state.vehicles if vehicle.link is not None]
+    if not listening:
+        return
+    slots = np.array([vehicle.slot for vehicle, _ in listening], np.int64)
+    names = [vehicle.vehicle_id for vehicle, _ in listening]
+    seen = [mode_view(state, vehicle) for vehicle, _ in listening]
+    around = world.surroundings(names)
+    observations = observe(snapshot, world.road, around, state.fleet.motion, slots, names, seen)
+    for (_, link), observation in zip(listening, observations, strict=True):
+        link.send(observation)

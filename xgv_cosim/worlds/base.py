@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.columns import BoolColumn, FloatColumn
 from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Snapshot
+from xgv_cosim.surroundings import Surroundings
 
 
 class Placement(NamedTuple):
@@ -73,6 +75,13 @@ class World(Protocol):
 
         Raises:
             WorldError: The engine failed; the world is closed.
+        """
+        ...
+
+    def surroundings(self, vehicle_ids: Sequence[str]) -> Surroundings:
+        """Return what surrounds vehicles of the last snapshot; whoever is not asked for costs nothing.
+
+        A world that knows no routes, neighbours or signals answers with ``plain_surroundings``.
         """
         ...
 

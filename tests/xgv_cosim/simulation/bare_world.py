@@ -22,6 +22,7 @@ from xgv_cosim.parameters import load_preset
 from xgv_cosim.road import LanePoints
 from xgv_cosim.simulation import Binding, Simulation
 from xgv_cosim.snapshot import Snapshot
+from xgv_cosim.surroundings import Surroundings, plain_surroundings
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 from xgv_cosim.worlds.base import Placement
@@ -105,6 +106,9 @@ class BareWorld:
             )
         return self._snapshot()
 
+    def surroundings(self, vehicle_ids: Sequence[str]) -> Surroundings:
+        return plain_surroundings(self._last, self.road, vehicle_ids)
+
     def close(self) -> None:
         self._there = ()
 
@@ -142,7 +146,8 @@ class BareWorld:
         silent = {f.name for f in fields(Snapshot) if f.default is MISSING and f.default_factory is MISSING}
         types, kinds = get_type_hints(Snapshot), {IntColumn: np.int64, BoolColumn: np.bool_}
         rest = {name: zeros.astype(kinds.get(types[name], np.float64)) for name in silent - set(told)}
-        return Snapshot(**told, **rest)
+        self._last = Snapshot(**told, **rest)
+        return self._last
 
 
 class HoldsSpeed:

@@ -11,13 +11,15 @@ from xgv_cosim.worlds.sumo.placed import as_placed
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
+from xgv_cosim.worlds.sumo.surroundings import SurroundingsReader
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from xgv_cosim.actuation import CouplingKind
     from xgv_cosim.snapshot import Snapshot
+    from xgv_cosim.surroundings import Surroundings
     from xgv_cosim.worlds.base import Placement
     from xgv_cosim.worlds.sumo.engine import OpenSimulation
 
@@ -35,6 +37,7 @@ class SumoWorld:
         self._step_s = step_s
         self._session: OpenSimulation | None = None
         self._messages: tuple[str, ...] = ()
+        self._surroundings: SurroundingsReader | None = None
 
     @classmethod
     def headless(
@@ -81,6 +84,7 @@ class SumoWorld:
             self._bindings = Bindings(session.engine, self._road, self._step_s)
             self._reader = SnapshotReader(session, self._road)
             self._snapshot = self._reader.read(())
+        self._surroundings = None
         return self._snapshot
 
     def knows(self, vehicle_id: str) -> bool:
@@ -163,6 +167,18 @@ class SumoWorld:
             self._bindings.forget(vehicle_id)
         self._bindings.learn(self._snapshot)
         return self._snapshot
+
+    def surroundings(self, vehicle_ids: Sequence[str]) -> Surroundings:
+        """Return what surrounds vehicles of the last snapshot.
+
+        Raises:
+            WorldError: The world is closed, or SUMO failed and is closed now.
+        """
+        session = self._open()
+        with session.failures():
+            if self._surroundings is None:  # the network's links are read once, if there is a stack at all
+                self._surroundings = SurroundingsReader.of(session.engine, self._road)
+            return self._surroundings.read(self._snapshot, vehicle_ids)
 
     def close(self) -> None:
         """End the simulation; does nothing when it is closed."""

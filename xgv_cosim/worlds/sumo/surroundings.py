@@ -1,0 +1,405 @@
+"""What surrounds the bound vehicles of a SUMO world: way, neighbours, signals, right of way.
+
+What does not change is read once; per step SUMO is asked only what it alone knows: the states of the
+signals in sight, and who comes to a junction that a vehicle is about to enter.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from xgv_cosim.surroundings import (
+    PREVIEW_M,
+    Beside,
+    Foe,
+    Junction,
+    Signal,
+    Surroundings,
+    lateral_m,
+    leaders_of,
+    rows_of,
+)
+from xgv_cosim.worlds.sumo.network import SumoNetwork
+from xgv_cosim.worlds.sumo.routes import RoutePlan, Way, plan_route, way_along
+from xgv_cosim.worlds.sumo.traffic_lanes import LaneTraffic
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
+    from xgv_cosim.snapshot import Snapshot
+    from xgv_cosim.worlds.sumo.engine import Engine
+    from xgv_cosim.worlds.sumo.road import SumoRoad
+
+_SIGHT_M = 250.0
+"""How far beyond its lane a vehicle's way is followed."""
+_REPLAN_S = 1.0
+"""So often a vehicle's route is read again: somebody may have given it another."""
+_FOES_FROM_M = 80.0
+"""From so far off a junction others are looked for at it, further at speeds that need it."""
+_FOES_DECEL_MPS2 = 2.0
+_RIGHT_OF_WAY = {
+    "m": "minor", "g": "minor", "o": "minor", "u": "minor", "r": "minor", "y": "major", "Y": "major",
+    "s": "stop", "=": "equal", "w": "allway_stop", "Z": "zipper",
+}  # fmt: skip
+
+
+class Line(NamedTuple):
+    """A line on a way at which signals or others may have a say."""
+
+    at_m: float
+    """From the beginning of the way's first lane."""
+    exit_m: float
+    """Where the way leaves the junction behind it."""
+    part_end_m: float
+    """Where the next line inside the same junction is, or its exit."""
+    letter: str
+    signal: tuple[str, int] | None
+    lanes: frozenset[str]
+    """Names of the way's lanes from this line to the next."""
+
+
+@dataclass(slots=True)
+class _Known:
+    """What is kept of one vehicle from step to step."""
+
+    vehicle_class: str
+    plan: RoutePlan
+    read_s: float
+    index: int
+    """Edge of the route that it is on, or has left for the junction that it is in."""
+    lane: int
+    way: Way
+    lines: tuple[Line, ...]
+    limits: tuple[tuple[float, float], ...]
+
+
+@dataclass(slots=True)
+class SurroundingsReader:
+    """Reads what surrounds vehicles, see ``Surroundings``."""
+
+    engine: Engine
+    road: SumoRoad
+    network: SumoNetwork
+    _known: dict[str, _Known] = field(default_factory=dict)
+    _lengths_m: dict[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, engine: Engine, road: SumoRoad) -> SurroundingsReader:
+        """Return a reader for an open simulation."""
+        return cls(engine, road, SumoNetwork.read(engine, road))
+
+    def read(self, snapshot: Snapshot, vehicle_ids: Sequence[str]) -> Surroundings:
+        """Return what surrounds vehicles of the snapshot."""
+        rows = rows_of(snapshot, vehicle_ids)
+        lane, position_m = snapshot.lane[rows], snapshot.lane_position_m[rows]
+        on_road = lane >= 0
+        self._known = {name: self._known[name] for name in vehicle_ids if name in self._known}
+        known = [
+            self._renewed(name, int(number), snapshot.time_s) if number >= 0 else self._off_road(name)
+            for name, number in zip(vehicle_ids, lane.tolist(), strict=True)
+        ]
+        ways = _Ways.of([entry.way for entry in known])
+        way_x_m, way_y_m, heading_rad = self._preview(ways, position_m, on_road)
+        traffic = LaneTraffic.of(self.road, snapshot)
+        left_m = ways.first_left_m(position_m)
+        leader_gap_m, leader_speed_mps = self._leaders(snapshot, rows, ways, traffic)
+        positions = position_m.tolist()
+        return Surroundings(
+            way_x_m=way_x_m,
+            way_y_m=way_y_m,
+            on_road=on_road,
+            lane=lane,
+            lateral_m=lateral_m(snapshot, rows, way_x_m[:, 0], way_y_m[:, 0], heading_rad),
+            lane_width_m=self.road.lane_width_m(lane),
+            limit_mps=np.where(on_road, self.road.lane_limit_mps(lane), np.inf),
+            limits_ahead=tuple(
+                tuple((at_m - here_m, limit) for at_m, limit in entry.limits if at_m > here_m)
+                for entry, here_m in zip(known, positions, strict=True)
+            ),
+            lane_end_m=left_m.lane_end_m,
+            lane_changes=np.where(on_road, ways.changes, 0),
+            route_end_m=left_m.route_end_m,
+            leader_gap_m=leader_gap_m,
+            leader_speed_mps=leader_speed_mps,
+            left=self._beside(1, snapshot, rows, known, traffic),
+            right=self._beside(-1, snapshot, rows, known, traffic),
+            signals=self._signals(known, positions),
+            junctions=tuple(
+                self._junction(name, entry, here_m, speed, snapshot) if entry.lines else None
+                for name, entry, here_m, speed in zip(
+                    vehicle_ids, known, positions, snapshot.speed_mps[rows].tolist(), strict=True
+                )
+            ),
+        )
+
+    def _off_road(self, vehicle_id: str) -> _Known:
+        """Return an empty way; what was known is read anew when the vehicle is back."""
+        self._known.pop(vehicle_id, None)
+        nowhere = Way((-1,), (0.0,), math.inf, math.inf, 0)
+        return _Known("", RoutePlan((), ()), -math.inf, 0, -1, nowhere, (), ())
+
+    def _renewed(self, vehicle_id: str, lane: int, now_s: float) -> _Known:
+        """Return what is known of a vehicle, its way anew where its lane or route has changed."""
+        entry = self._known.get(vehicle_id)
+        late = entry is None or now_s - entry.read_s >= _REPLAN_S - 1e-9
+        if entry is not None and not late and entry.lane == lane:
+            return entry
+        vehicle = self.engine.vehicle
+        vehicle_class = entry.vehicle_class if entry else vehicle.getVehicleClass(vehicle_id)
+        plan, read_s = (entry.plan, entry.read_s) if entry else (RoutePlan((), ()), now_s)
+        if late:
+            route, read_s = tuple(vehicle.getRoute(vehicle_id)), now_s
+            if entry is not None and route == plan.edges and entry.lane == lane:
+                entry.read_s = now_s
+                return entry
+            if route != plan.edges:
+                plan = plan_route(self.road, self.network, route, vehicle_class)
+        index = vehicle.getRouteIndex(vehicle_id)
+        way = way_along(self.road, self.network, plan, index, lane, _SIGHT_M)
+        lines = lines_of(self.road, self.network, way)
+        entry = _Known(vehicle_class, plan, read_s, index, lane, way, lines, self._limits(way))
+        self._known[vehicle_id] = entry
+        return entry
+
+    def _limits(self, way: Way) -> tuple[tuple[float, float], ...]:
+        """Return (where, limit) of each change of the limit along a way."""
+        found: list[tuple[float, float]] = []
+        before = float(self.road.limits_mps[way.lanes[0]])
+        for lane, start_m in zip(way.lanes[1:], way.starts_m[1:], strict=True):
+            limit = float(self.road.limits_mps[lane])
+            if limit != before:
+                found.append((start_m, limit))
+            before = limit
+        return tuple(found)
+
+    def _preview(
+        self, ways: _Ways, position_m: FloatColumn, on_road: np.ndarray
+    ) -> tuple[FloatMatrix, FloatMatrix, FloatColumn]:
+        """Return the points of the ways at ``PREVIEW_M`` and the heading at the first of them."""
+        lane, along_m = ways.at(position_m[:, None] + PREVIEW_M)
+        nowhere = np.full(lane.size, -1, np.int64)
+        points = self.road.points_ahead(lane.ravel(), along_m.ravel(), nowhere)
+        shape = lane.shape
+        heading_rad = np.where(on_road, points.heading_rad.reshape(shape)[:, 0], 0.0)
+        return points.x_m.reshape(shape), points.y_m.reshape(shape), heading_rad
+
+    def _leaders(
+        self, snapshot: Snapshot, rows: IntColumn, ways: _Ways, traffic: LaneTraffic
+    ) -> tuple[FloatColumn, FloatColumn]:
+        """Return (gap, speed) of who drives ahead: SUMO's answer, or the first along the way if nearer."""
+        gap_m, speed_mps = leaders_of(snapshot, rows)
+        index, ahead_m = traffic.first_ahead(ways.lanes, ways.starts_m, snapshot.lane_position_m[rows], rows)
+        along_m = np.where(index >= 0, ahead_m - snapshot.length_m[index], np.inf)
+        nearer = along_m < gap_m
+        return (
+            np.where(nearer, along_m, gap_m),
+            np.where(nearer, np.where(index >= 0, snapshot.speed_mps[index], 0.0), speed_mps),
+        )
+
+    def _beside(
+        self,
+        side: int,
+        snapshot: Snapshot,
+        rows: IntColumn,
+        known: Sequence[_Known],
+        traffic: LaneTraffic,
+    ) -> Beside:
+        """Return the lane to the left (1) or right (-1) of each vehicle and who drives there."""
+        count, road = len(known), self.road
+        lane = np.array(
+            [
+                self.network.beside(entry.lane, side, entry.vehicle_class) if entry.lane >= 0 else -1
+                for entry in known
+            ],
+            np.int64,
+        ).reshape(count)
+        offset_m = np.full(count, np.nan)
+        leader_gap_m, follower_gap_m = np.full(count, np.inf), np.full(count, np.inf)
+        leader_speed_mps, follower_speed_mps = np.zeros(count), np.zeros(count)
+        for number in np.flatnonzero(lane >= 0).tolist():
+            own, other, row = known[number].lane, int(lane[number]), int(rows[number])
+            offset_m[number] = side * 0.5 * float(road.widths_m[own] + road.widths_m[other])
+            scale = float(road.lengths_m[other] / max(road.lengths_m[own], 1e-6))
+            at_m = float(snapshot.lane_position_m[row]) * scale
+            leader, gap_m = traffic.ahead_on(self._lanes_after(known[number], other), at_m, row)
+            if leader >= 0:
+                leader_gap_m[number] = gap_m - snapshot.length_m[leader]
+                leader_speed_mps[number] = snapshot.speed_mps[leader]
+            follower, gap_m = traffic.behind_on(self.network, other, at_m, row)
+            if follower >= 0:
+                follower_gap_m[number] = gap_m - snapshot.length_m[row]
+                follower_speed_mps[number] = snapshot.speed_mps[follower]
+        return Beside(offset_m, leader_gap_m, leader_speed_mps, follower_gap_m, follower_speed_mps)
+
+    def _lanes_after(self, entry: _Known, lane: int) -> tuple[int, ...]:
+        """Return a lane beside the own one and those that follow it, along the route where it leads there."""
+        choices = entry.plan.choices
+        choice = choices[entry.index].get(lane) if 0 <= entry.index < len(choices) else None
+        if choice is not None and choice.onward:
+            return (lane, *choice.onward)
+        return (lane, *(link.first for link in self.network.links[lane][:1]))
+
+    def _signals(self, known: Sequence[_Known], positions: Sequence[float]) -> tuple[Signal | None, ...]:
+        """Return the next signal of each way; each light is asked once."""
+        states: dict[str, str] = {}
+        found: list[Signal | None] = []
+        for entry, here_m in zip(known, positions, strict=True):
+            line = next((line for line in entry.lines if line.signal and line.at_m >= here_m - 1e-6), None)
+            if line is None or line.signal is None:
+                found.append(None)
+            else:
+                found.append(Signal(line.at_m - here_m, self._letter(line.signal, states)))
+        return tuple(found)
+
+    def _letter(self, signal: tuple[str, int], states: dict[str, str]) -> str:
+        light, index = signal
+        if light not in states:
+            states[light] = self.engine.trafficlight.getRedYellowGreenState(light)
+        return states[light][index]
+
+    def _junction(
+        self, vehicle_id: str, entry: _Known, here_m: float, speed_mps: float, snapshot: Snapshot
+    ) -> Junction | None:
+        """Return the next line at which others have a say, with who is there if it is near.
+
+        Inside a junction without a further line it is the one that has been crossed, for its foes.
+        """
+        line = next((line for line in entry.lines if line.part_end_m > here_m), None)
+        if line is None:
+            return None
+        line_m = line.at_m - here_m
+        sight_m = max(_FOES_FROM_M, 0.5 * speed_mps * speed_mps / _FOES_DECEL_MPS2 + 20.0)
+        states: dict[str, str] = {}
+        letter = self._letter(line.signal, states) if line.signal else line.letter
+        foes: tuple[Foe, ...] = ()
+        if line_m < sight_m:
+            foes = tuple(
+                foe
+                for row in self.engine.vehicle.getJunctionFoes(vehicle_id, sight_m + 1.0)
+                if (foe := self._foe(row, line, snapshot, states)) is not None
+            )
+        return Junction(line_m, line.exit_m - here_m, _RIGHT_OF_WAY.get(letter, "major"), foes)
+
+    def _foe(
+        self, row: tuple[object, ...], line: Line, snapshot: Snapshot, states: dict[str, str]
+    ) -> Foe | None:
+        """Return one of SUMO's foes; None where he meets another line, waits at red or has gone."""
+        name, own_entry, foe_entry, own_exit, foe_exit, own_lane, foe_lane, first, yields = row
+        index = snapshot.index_of.get(str(name), -1)
+        if own_lane not in line.lanes or index < 0:
+            return None
+        length_m = float(snapshot.length_m[index])
+        if float(foe_exit) + length_m < 0.0 or float(own_exit) < 0.0:  # type: ignore[arg-type]
+            return None
+        lane = int(snapshot.lane[index])
+        inside = lane >= 0 and self.network.is_internal[lane]
+        if not inside and self._is_red(self.road.index_of.get(str(foe_lane), -1), states):
+            return None
+        return Foe(
+            str(name),
+            float(own_entry),  # type: ignore[arg-type]
+            float(own_exit),  # type: ignore[arg-type]
+            float(foe_entry),  # type: ignore[arg-type]
+            float(foe_exit),  # type: ignore[arg-type]
+            float(snapshot.speed_mps[index]),
+            length_m,
+            bool(first),
+            bool(yields),
+        )
+
+    def _is_red(self, lane: int, states: dict[str, str]) -> bool:
+        """Return whether the signal before a lane of a junction is red."""
+        for _ in range(4):
+            signal = self.network.signal_of_first.get(lane)
+            if signal is not None:
+                return self._letter(signal, states) in "ru"
+            before = self.network.before[lane] if lane >= 0 else ()
+            if not before or not self.network.is_internal[before[0]]:
+                return False
+            lane = before[0]
+        return False
+
+
+def lines_of(road: SumoRoad, network: SumoNetwork, way: Way) -> tuple[Line, ...]:
+    """Return the lines on a way: before every junction, and inside it where one waits again."""
+    at: list[int] = []
+    for number in range(1, len(way.lanes)):
+        before, lane = way.lanes[number - 1], way.lanes[number]
+        link = next((link for link in network.links[before] if link.first == lane), None)
+        if link is not None and (network.is_internal[lane] or link.signal):
+            at.append(number)
+    found: list[Line] = []
+    for order, number in enumerate(at):
+        before, lane = way.lanes[number - 1], way.lanes[number]
+        link = next(link for link in network.links[before] if link.first == lane)
+        out = next((n for n in range(number, len(way.lanes)) if not network.is_internal[way.lanes[n]]), -1)
+        exit_m = way.starts_m[out] if out >= 0 else way.starts_m[-1] + float(road.lengths_m[way.lanes[-1]])
+        part_end = at[order + 1] if order + 1 < len(at) else len(way.lanes)
+        inner_end = min(part_end, out if out >= 0 else len(way.lanes))
+        part_end_m = way.starts_m[inner_end] if inner_end < len(way.lanes) else exit_m
+        found.append(
+            Line(
+                way.starts_m[number],
+                exit_m,
+                part_end_m,
+                link.letter,
+                link.signal,
+                frozenset(road.lane_ids[n] for n in way.lanes[number:inner_end]),
+            )
+        )
+    if network.is_internal[way.lanes[0]]:
+        out = next((n for n, lane in enumerate(way.lanes) if not network.is_internal[lane]), -1)
+        exit_m = way.starts_m[out] if out >= 0 else float(road.lengths_m[way.lanes[0]])
+        end_m = way.starts_m[1] if len(way.lanes) > 1 else exit_m
+        found.insert(0, Line(-1.0, exit_m, end_m, "M", None, frozenset((road.lane_ids[way.lanes[0]],))))
+    return tuple(found)
+
+
+class _LeftM(NamedTuple):
+    lane_end_m: FloatColumn
+    route_end_m: FloatColumn
+
+
+@dataclass(frozen=True, slots=True)
+class _Ways:
+    """The ways of all vehicles as columns, padded."""
+
+    lanes: IntColumn
+    """Shape ``(n, k)``, -1 past the end."""
+    starts_m: FloatMatrix
+    """Shape ``(n, k)``, ``inf`` past the end."""
+    end_m: FloatColumn
+    route_end_m: FloatColumn
+    changes: IntColumn
+
+    @classmethod
+    def of(cls, ways: Sequence[Way]) -> _Ways:
+        """Return the ways as columns."""
+        most = max((len(way.lanes) for way in ways), default=1)
+        lanes = np.full((len(ways), most), -1, np.int64)
+        starts_m = np.full((len(ways), most), np.inf)
+        for number, way in enumerate(ways):
+            lanes[number, : len(way.lanes)] = way.lanes
+            starts_m[number, : len(way.starts_m)] = way.starts_m
+        return cls(
+            lanes,
+            starts_m,
+            np.array([way.end_m for way in ways], np.float64),
+            np.array([way.route_end_m for way in ways], np.float64),
+            np.array([way.changes for way in ways], np.int64),
+        )
+
+    def at(self, distance_m: FloatMatrix) -> tuple[IntColumn, FloatMatrix]:
+        """Return lane and position on it at distances from the beginning of each way, shape ``(n, p)``."""
+        on = np.maximum((self.starts_m[:, None, :] <= distance_m[:, :, None]).sum(axis=-1) - 1, 0)
+        row = np.arange(len(self.lanes))[:, None]
+        return self.lanes[row, on], distance_m - self.starts_m[row, on]
+
+    def first_left_m(self, position_m: FloatColumn) -> _LeftM:
+        """Return how far the ends are from positions on the first lanes."""
+        return _LeftM(self.end_m - position_m, self.route_end_m - position_m)
