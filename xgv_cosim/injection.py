@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from xgv_cosim.condition import Condition
+
 
 class InjectionKind(StrEnum):
     """The event vocabulary shared by all profiles (requirements: cross-profile rules)."""
@@ -71,7 +73,7 @@ class Injection:
     """One injection on some vehicles; overlapping ones of the same kind and vehicle count as one."""
 
     tick: int
-    """Control tick on which it begins to act."""
+    """Control tick on which it begins to act; with a condition, from which on it waits for that."""
     kind: InjectionKind
     vehicle_ids: tuple[str, ...] = ()
     """Vehicles named outright; one that is not bound then is an event of its own."""
@@ -83,3 +85,5 @@ class Injection:
     """Error code, for kind ``error``."""
     transmitter: str = ""
     """Instead of vehicles: the transmitter of a wireless stop that is pressed, or loses its radio."""
+    condition: Condition | None = None
+    """It begins for each vehicle by itself, once, when this holds; ``end_tick`` then tells how long for."""

@@ -27,6 +27,7 @@ def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
     lines = []
     if scenario.bind and not any(event.kind == "bound" for event in events):
         lines.append("no vehicle was bound: no row of 'bind' matches a vehicle that has departed")
+    lines += _unmet(scenario, events)
     for event in events:
         if event.kind == "without_drive" and not _lasts(event, events):
             continue
@@ -35,6 +36,21 @@ def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
         elif event.kind == "road" and event.after == "off_road":
             lines.append(_line(event, "it left the road at {t_s:g} s"))
     return list(dict.fromkeys(lines))
+
+
+def _unmet(scenario: Scenario, events: Sequence[Event]) -> list[str]:
+    """Return one line for each conditional injection whose condition no vehicle met."""
+    met = {(event.after, event.reasons) for event in events if event.kind == "condition_met"}
+    waited = [
+        (number, row.kind.value, row.when.condition().words())
+        for number, row in enumerate(scenario.injections)
+        if row.when is not None
+    ]
+    return [
+        f"injections.{number}: {kind} did not act: no vehicle met its condition ({', '.join(words)})"
+        for number, kind, words in waited
+        if (kind, words) not in met
+    ]
 
 
 def _lasts(begun: Event, events: Sequence[Event]) -> bool:

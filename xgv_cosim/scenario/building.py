@@ -112,8 +112,9 @@ def _reference_link(row: BindSection) -> LinkFactory:
 
 def injection_of(row: InjectionSection, seed: int) -> Injection:
     """Return one ``injections`` row on control ticks, its vehicles named or described."""
-    begin = tick_at_or_after(row.at_s)
-    end = None if row.duration_s is None else tick_at_or_after(row.at_s + row.duration_s)
+    begin = tick_at_or_after(row.begin_s)
+    end = None if row.duration_s is None else tick_at_or_after(row.begin_s + row.duration_s)
+    condition = None if row.when is None else row.when.condition()
     selector = row.vehicles
     if selector is None:
         return Injection(begin, row.kind, end_tick=end, code=row.code, transmitter=row.transmitter or "")
@@ -122,7 +123,8 @@ def injection_of(row: InjectionSection, seed: int) -> Injection:
     def chosen(vehicle_id: str, type_id: str) -> bool:
         return matches(selector, vehicle_id, type_id, seed)
 
-    return Injection(begin, row.kind, named_vehicles(selector), chosen, end, row.code)
+    named = named_vehicles(selector)
+    return Injection(begin, row.kind, named, chosen, end, row.code, condition=condition)
 
 
 def named_vehicles(selector: VehicleSelector | None) -> tuple[str, ...]:

@@ -69,8 +69,8 @@ def _times_beyond_the_end(
     if step_s is not None and duration_s < step_s:
         found.append((("duration_s",), f"got {duration_s:g}, expected at least one step of {step_s:g} s"))
     for index, injection in injections.items():
-        if injection.at_s >= duration_s:
-            text = f"got {injection.at_s:g}, but {end}; make the run longer or inject earlier"
+        if injection.begin_s >= duration_s:
+            text = f"got {injection.begin_s:g}, but {end}; make the run longer or inject earlier"
             found.append((("injections", index, "at_s"), text))
     for index, row in expect.items():
         if row.by_s is not None and row.by_s > duration_s:

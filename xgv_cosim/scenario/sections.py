@@ -11,6 +11,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.condition import Condition, Disc
 from xgv_cosim.injection import InjectionKind
 from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.problems import word_hint
@@ -175,21 +176,96 @@ class BindSection(Section):
         return self
 
 
-class InjectionSection(Section):
-    """Something that happens to some bound vehicles at some time."""
+class DiscSection(Section):
+    """A place: all points within a distance of its centre, in the world's coordinates."""
 
-    at_s: Annotated[float, Field(ge=0)]
-    """When it begins, in seconds since the start of the run."""
+    x_m: float
+    """East of the world's origin."""
+    y_m: float
+    """North of the world's origin."""
+    radius_m: Annotated[float, Field(gt=0)]
+    """Distance from the centre."""
+
+
+class ModeOfSection(Section):
+    """Another bound vehicle that is in a safety mode."""
+
+    vehicle: _VehicleId
+    """Its id."""
+    mode: ModeName
+    """The safety mode."""
+
+
+class ConditionSection(Section):
+    """What must hold of a vehicle, all that is given at once, at the end of a world step."""
+
+    speed_above_mps: Annotated[float, Field(ge=0)] | None = None
+    """It is faster than this."""
+    speed_below_mps: Annotated[float, Field(gt=0)] | None = None
+    """It is slower than this."""
+    gap_below_m: Annotated[float, Field(gt=0)] | None = None
+    """The gap to its leader, bumper to bumper, is less."""
+    lane: Annotated[str, Field(min_length=1)] | None = None
+    """It is on this lane of the world (in SUMO: EDGE_NUMBER), or on one that the pattern means: ramp_*."""
+    position_above_m: Annotated[float, Field(ge=0)] | None = None
+    """Its front is further than this from the beginning of its lane."""
+    near: DiscSection | None = None
+    """Its front is within a distance of a point."""
+    mode_of: ModeOfSection | None = None
+    """Another bound vehicle is in a safety mode."""
+
+    @model_validator(mode="after")
+    def _asks_for_something(self) -> Self:
+        names = type(self).model_fields
+        if all(getattr(self, name) is None for name in names):
+            raise ValueError(f"expected at least one of {', '.join(names)}")
+        if self.position_above_m is not None and self.lane is None:
+            raise ValueError("position_above_m counts from the beginning of a lane; say which 'lane' too")
+        return self
+
+    def condition(self) -> Condition:
+        """Return it as the simulation takes it."""
+        return Condition(
+            speed_above_mps=self.speed_above_mps,
+            speed_below_mps=self.speed_below_mps,
+            gap_below_m=self.gap_below_m,
+            lanes=self.lane,
+            position_above_m=self.position_above_m,
+            near=None if self.near is None else Disc(self.near.x_m, self.near.y_m, self.near.radius_m),
+            other=None if self.mode_of is None else (self.mode_of.vehicle, self.mode_of.mode),
+        )
+
+
+class InjectionSection(Section):
+    """Something that happens to some bound vehicles at some time, at some place or on some condition."""
+
+    at_s: Annotated[float, Field(ge=0)] | None = None
+    """When it begins, in seconds since the start of the run; with 'when', from when on it waits for that."""
+    when: ConditionSection | None = None
+    """It begins for each of the vehicles by itself, once, when this holds."""
     vehicles: Selector | None = None
     """Which of the bound vehicles."""
     transmitter: _Name | None = None
-    """Instead of vehicles: the SafeStop transmitter (``bind.transmitter``) that is used or loses its radio."""
+    """Instead of vehicles: a SafeStop transmitter (``bind.transmitter``) that is used or loses its radio."""
     kind: InjectionKind
     """What happens."""
     duration_s: Annotated[float, Field(gt=0)] | None = None
     """How long it lasts; without it, to the end (latching is the vehicle's business)."""
     code: int | None = None
     """Error code, for kind error."""
+
+    @property
+    def begin_s(self) -> float:
+        """Return when it begins, or begins to wait for its condition."""
+        return self.at_s or 0.0
+
+    @model_validator(mode="after")
+    def _says_when(self) -> Self:
+        if self.at_s is None and self.when is None:
+            raise ValueError("expected at_s (seconds), when (a condition), or both")
+        if self.when is not None and self.transmitter is not None:
+            raise ValueError("a condition is one of vehicles, not of a transmitter; name 'vehicles' instead")
+        return self
 
     @model_validator(mode="after")
     def _says_where(self) -> Self:

@@ -86,7 +86,9 @@ def _when(text: str) -> dict[str, Any]:
     """Return the keys for a time, or for conditions ``key=value`` with commas between."""
     if "=" not in text:
         return {"at_s": _value(text)}
-    return {"when": _with_keys({}, text.split(","))}
+    words = text.split(",")
+    times = [word for word in words if word.startswith("at_s=")]
+    return _with_keys({"when": _with_keys({}, [word for word in words if word not in times])}, times)
 
 
 def _selector(words: Sequence[str]) -> object:

@@ -25,6 +25,7 @@ from xgv_cosim.simulation import (
     requests,
     safety,
     setpoints,
+    triggers,
     views,
 )
 from xgv_cosim.simulation.binding import Selector
@@ -56,7 +57,9 @@ class Simulation:
         step_s: float = 0.1,
         observers: Sequence[Observer] = (),
     ) -> None:
-        self.state = RunState(Clock(step_s), Journal(observers), Devices(injections))
+        self.state = RunState(Clock(step_s), Journal(observers), Devices())
+        for injection in injections:
+            triggers.schedule(self.state, injection)
         self.world = world
         self._selector = selector
         self._references = ReferenceGenerator()
@@ -128,6 +131,7 @@ class Simulation:
         lifecycle.release_gone(state, self.world, snapshot)
         if lifecycle.bind_new(state, self.world, self._selector, snapshot):
             self._resolve_modes()  # so that a new vehicle has its modes before anybody looks
+        triggers.look(state, snapshot, self.world.road)
         views.send_observations(state, snapshot, self.world)
         state.journal.step_done(clock.tick, fleet, snapshot)
         return snapshot

@@ -15,6 +15,7 @@ from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.bound import BoundVehicles
 from xgv_cosim.simulation.devices import Devices, Edge
 from xgv_cosim.simulation.journal import Journal
+from xgv_cosim.simulation.waiting import Waiting
 from xgv_cosim.vehicles.transmitter import Transmitter
 
 
@@ -29,6 +30,7 @@ class RunState:
     vehicles: BoundVehicles = field(default_factory=BoundVehicles)
     transmitters: dict[str, Transmitter] = field(default_factory=dict)
     """Transmitters that several vehicles share, by name."""
+    waiting: Waiting = field(default_factory=Waiting)
     released: set[str] = field(default_factory=set)
     """Vehicles that were bound once and are no longer."""
     contacts: set[tuple[str, str]] = field(default_factory=set)

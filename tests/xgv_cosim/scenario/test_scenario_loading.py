@@ -217,7 +217,7 @@ def test_an_alias_of_itself_is_refused(in_folder):
     ("asked", "expected"),
     [
         ("freeway_estp", ("no scenario 'freeway_estp': neither a file or folder nor a packaged scenario "
-         "(did you mean 'freeway_estop'?); packaged: freeway_estop, hello")),
+         "(did you mean 'freeway_estop'?); packaged: curve, freeway_estop, hello, link_loss, merge, urban_grid")),
         ("small.yml", "(did you mean 'small.yaml'?)"),
         ("nowhere/small.yaml", "no scenario 'nowhere/small.yaml'"),
         ("folder", "folder: a folder without scenario.yaml"),

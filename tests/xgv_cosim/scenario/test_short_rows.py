@@ -39,6 +39,14 @@ def test_inject_says_who_when_what_and_how_long() -> None:
     assert (row.code, row.duration_s) == (9109, 5)
 
 
+def test_inject_waits_for_a_condition() -> None:
+    text = "xgv_*@speed_above_mps=10,mode_of.vehicle=xgv_0,mode_of.mode=estop_pause,at_s=2 door"
+    row = load_scenario("hello", inject=[text]).injections[-1]
+    assert row.at_s == 2
+    assert row.when is not None
+    assert row.when.condition().words() == ("speed above 10 m/s", "xgv_0 in estop_pause")
+
+
 def test_an_id_may_hold_an_at_sign() -> None:
     assert load_scenario("hello", inject=["car@home@2 door"]).injections[-1].vehicles == "car@home"
 
@@ -67,6 +75,9 @@ def test_rows_come_behind_those_of_the_scenario() -> None:
         ({"inject": ["a@3 code=9109"]}, "it does not say what happens"),
         ({"inject": ["a@soon door"]}, "at_s: got 'soon', expected a number (seconds)"),
         ({"inject": ["a@3 dor"]}, "did you mean 'door'?"),
+        ({"inject": ["a@speed_above=3 door"]}, "(did you mean 'speed_above_mps' (m/s)?)"),
+        ({"inject": ["a@position_above_m=3 door"]}, "say which 'lane' too"),
+        ({"inject": ["a@mode_of.vehicle=b door"]}, "injections.1.when.mode_of.mode: is missing"),
         ({"inject": ["a@3 door 5"]}, "got '5' where key=value should stand"),
     ],
 )
