@@ -84,8 +84,8 @@ SAFETY_READINGS = (
     Reading(
         "XGV-36",
         "D",
-        "Where grip, brake or slope do not allow the set deceleration, a pause brakes with what there is; the "
-        "event pause_weaker_than_set says so, with what limits it and the duration.",
+        "Where grip, brake or slope do not allow the set deceleration, a pause brakes with what there is; "
+        "the event pause_weaker_than_set says so, with what limits it and the duration.",
         ("pause_weaker_than_set",),
     ),
     Reading(

@@ -136,8 +136,8 @@ class Receiver:
 
     @property
     def is_silent(self) -> bool:
-        """Return whether nothing has been heard for the time-out, bypass or not."""
-        return self._dead or self._now_s >= self._heard_s + self._settings.link_timeout_s - _ROUNDING_S
+        """Return whether nothing has been heard for the time-out, bypass or not; a dead one hears nothing."""
+        return self._now_s >= self._heard_s + self._settings.link_timeout_s - _ROUNDING_S
 
     @property
     def link(self) -> LinkStatus:
@@ -203,7 +203,7 @@ class Receiver:
     def set_dead(self, now_s: float, *, dead: bool) -> None:
         """Let the receiver die, or live again; it must hear a frame before its link is good."""
         self.advance(now_s)
-        if dead and not self._dead:
+        if dead:
             self._heard_s = -math.inf
         self._dead = dead
 

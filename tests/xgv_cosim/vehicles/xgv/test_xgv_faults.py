@@ -153,3 +153,8 @@ def test_warnings_come_and_go_as_events_and_set_no_bit_xgv_38() -> None:
         ("9143", ""),
         ("9176", ""),
     ]
+
+
+def test_a_code_that_the_xgv_has_not_is_refused_with_its_neighbours_xgv_38() -> None:
+    with pytest.raises(ScenarioError, match=r"error code: got 9112, expected one that the XGV has.*9111"):
+        Story().endpoint.raise_error(9112, 0.0)
