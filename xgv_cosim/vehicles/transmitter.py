@@ -115,8 +115,7 @@ class Transmitter:
 
     def has_changed_after(self, time_s: float) -> bool:
         """Return whether toggle or button have moved, or the radio was switched, after ``time_s``."""
-        last = max([-math.inf, *(at_s for at_s, _ in (*self._moved[-1:], *self._switched[-1:]))])
-        return last > time_s + _ROUNDING_S
+        return any(at_s > time_s + _ROUNDING_S for at_s, _ in (*self._moved, *self._switched))
 
     def frame_before(self, time_s: float, period_s: float) -> float:
         """Return when the last frame up to ``time_s`` was due, that time included."""

@@ -192,6 +192,7 @@ def simulation(
         name: Binding(
             profile,
             replace(load_preset("ford_escape_hybrid"), **parameters),
+            coupling=CouplingKind.FREE,
             transmitter=named.get(name, ""),
             new_link=lambda _, address, speed=car.speed_mps: InProcessLink(
                 HoldsSpeed(address, speed), address
