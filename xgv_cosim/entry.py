@@ -8,10 +8,10 @@ from pathlib import Path
 
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.runs import Progress, RunResult, run_scenario
-from xgv_cosim.scenario.building import build
+from xgv_cosim.scenario.building import ScenarioSimulation, build
 from xgv_cosim.scenario.loading import load_scenario, override
 from xgv_cosim.scenario.model import Scenario
-from xgv_cosim.simulation import Observer, Simulation
+from xgv_cosim.simulation import Observer
 
 
 def simulate(
@@ -22,7 +22,7 @@ def simulate(
     bind: Sequence[str] = (),
     inject: Sequence[str] = (),
     observers: Sequence[Observer] = (),
-) -> Simulation:
+) -> ScenarioSimulation:
     """Open a scenario to be stepped by the caller; nothing is written to disk.
 
     Use it as a context manager, since one process holds one SUMO simulation at a time.

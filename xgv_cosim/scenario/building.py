@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 from jaus.address import JausAddress
 from xgv_cosim.actuation import Driver
 from xgv_cosim.autonomy.reference import ReferenceStack, ReferenceStackSettings
 from xgv_cosim.clock import tick_at_or_after
+from xgv_cosim.errors import ScenarioError
 from xgv_cosim.injection import Injection
 from xgv_cosim.links.base import Link
 from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.parameters import VehicleParameters, load_preset
 from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
 from xgv_cosim.scenario.model import Selector as VehicleSelector
+from xgv_cosim.scenario.script_rows import bind_row
 from xgv_cosim.scenario.sections import EnvironmentSection
 from xgv_cosim.scenario.selection import binding_of, matches
 from xgv_cosim.simulation import Binding, Observer, Simulation
@@ -23,13 +26,62 @@ from xgv_cosim.simulation.binding import LinkFactory, Selector, StartKind
 from xgv_cosim.simulation.requests import PARTIAL_NAMES
 from xgv_cosim.vehicles.base import VehicleProfile
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
+from xgv_cosim.worlds.base import World
 from xgv_cosim.worlds.sumo.world import SumoWorld
 
 _DRIVERS = {"none": Driver.NONE, "rider": Driver.RIDER, "world": Driver.WORLD}
 _WILDCARDS = frozenset("*?[")
 
 
-def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> Simulation:
+class ScenarioSimulation(Simulation):
+    """A simulation that knows its scenario, so that vehicles can be bound in the words of a ``bind`` row.
+
+    Args:
+        scenario: The scenario that ``world`` belongs to.
+        world: Its world, not yet started.
+        observers: Recorders and metrics.
+    """
+
+    def __init__(self, scenario: Scenario, world: World, observers: Sequence[Observer] = ()) -> None:
+        self._environment = scenario.world.environment
+        self._profile = profile_of(scenario)
+        self._seed = scenario.seed
+        super().__init__(
+            world,
+            selector_of(scenario, self._profile),
+            [injection_of(row, scenario.seed) for row in scenario.injections],
+            step_s=scenario.step_s,
+            observers=observers,
+        )
+
+    def bind(self, *vehicles: str, **row: Any) -> tuple[str, ...]:  # noqa: ANN401 - checked as a row
+        """Bind vehicles that are in the world now, moving or not; return their ids.
+
+        Args:
+            *vehicles: Ids or patterns; a pattern leaves out who is bound already.
+            **row: Keys of a ``bind`` row, for example ``driver="none"`` or ``coupling="lane"``.
+
+        Raises:
+            ScenarioError: A key is unknown or a value wrong, an id is not in the world or is bound already,
+                or nobody matches a pattern.
+        """
+        section = bind_row(vehicles, {}, row)
+        binding = binding_from(section, self._profile, self._environment)
+        present = zip(self.snapshot.ids, self.snapshot.type_ids, strict=True)
+        matching = [
+            name
+            for name, type_id in present
+            if name not in self.vehicle_ids and matches(section.vehicles, name, type_id, self._seed)
+        ]
+        chosen = tuple(dict.fromkeys((*named_vehicles(section.vehicles), *matching)))
+        if not chosen:
+            raise ScenarioError(f"bind: no unbound vehicle matches {', '.join(vehicles)} at {self.now_s:g} s")
+        for name in chosen:
+            self.bind_vehicle(name, binding)
+        return chosen
+
+
+def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> ScenarioSimulation:
     """Return the simulation of a scenario, its world opened and before its first step.
 
     Raises:
@@ -44,13 +96,7 @@ def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> Simulation:
         options=sumo.options,
     )
     try:
-        return Simulation(
-            world,
-            selector_of(scenario),
-            [injection_of(row, scenario.seed) for row in scenario.injections],
-            step_s=scenario.step_s,
-            observers=observers,
-        )
+        return ScenarioSimulation(scenario, world, observers)
     except BaseException:
         world.close()
         raise
@@ -62,9 +108,8 @@ def profile_of(scenario: Scenario) -> XgvProfile:
     return XgvProfile(settings, scenario.seed)
 
 
-def selector_of(scenario: Scenario) -> Selector:
+def selector_of(scenario: Scenario, profile: VehicleProfile) -> Selector:
     """Return the function that says how each vehicle of the world is bound."""
-    profile = profile_of(scenario)
     made = {id(row): binding_from(row, profile, scenario.world.environment) for row in scenario.bind}
 
     def select(vehicle_id: str, type_id: str) -> Binding | None:
@@ -85,6 +130,8 @@ def binding_from(row: BindSection, profile: VehicleProfile, environment: Environ
         driver_reaction_s=row.driver_reaction_s,
         partial_mode=PARTIAL_NAMES.index(row.partial),
         transmitter=row.transmitter or "",
+        from_tick=tick_at_or_after(row.from_s),
+        until_tick=None if row.until_s is None else tick_at_or_after(row.until_s),
         new_link=_reference_link(row) if row.stack == "reference" else None,
     )
 

@@ -131,8 +131,9 @@ class BindSection(Section):
     """Make of vehicle."""
     preset: Annotated[str, Field(min_length=1)] = "ford_escape_hybrid"
     """Geometry, actuators and road load of the vehicle."""
-    coupling: CouplingKind = CouplingKind.FREE
-    """How the vehicle is written into the traffic: free (any pose) or lane (the traffic keeps the lane)."""
+    coupling: CouplingKind = CouplingKind.AUTO
+    """How the vehicle is written into the traffic: free (any pose), lane (the traffic keeps the lane) or auto
+    (in its lane while its pose there is exact, free otherwise)."""
     start: Literal["handover", "cold"] = "handover"
     """handover: the traffic drives it until drive-by-wire is reached; cold: powered up at standstill."""
     driver: Literal["rider", "none", "world"] = "rider"
@@ -143,6 +144,10 @@ class BindSection(Section):
     """Partial mode: which axes the computer leaves to the human (XGV-39, XGV-41)."""
     partial_forced: bool = False
     """Allow a partial mode with driver: none; a pause with manual speed then has no effect (XGV-41)."""
+    from_s: Annotated[float, Field(ge=0)] = 0.0
+    """Time of the run from which on the vehicles are bound; who is under way by then is bound as it moves."""
+    until_s: Annotated[float, Field(gt=0)] | None = None
+    """Time of the run at which they are given back to the traffic's own driver; without it never."""
     transmitter: _Name | None = None
     """Name of the SafeStop transmitter that these vehicles hear; all with the same name share one radio.
     Without it each vehicle has one of its own."""
@@ -170,6 +175,10 @@ class BindSection(Section):
             raise ValueError(
                 f"partial: {self.partial} leaves an axis to a human, but with driver: none nobody is aboard; "
                 "use driver: rider, driver: world or partial: full (XGV-41), or partial_forced: true"
+            )
+        if self.until_s is not None and self.until_s <= self.from_s:
+            raise ValueError(
+                f"until_s {self.until_s:g} is not after from_s {self.from_s:g}; give a later end"
             )
         if self.desired_speed_mps is not None and self.stack == "none":
             raise ValueError("desired_speed_mps is read by stack: reference only; remove one of the two")

@@ -34,7 +34,7 @@ class Binding:
 
     profile: VehicleProfile
     parameters: VehicleParameters
-    coupling: CouplingKind = CouplingKind.FREE
+    coupling: CouplingKind = CouplingKind.AUTO
     start: StartKind = StartKind.HANDOVER
     driver: Driver = Driver.RIDER
     driver_reaction_s: float = 1.0
@@ -44,6 +44,10 @@ class Binding:
     """Name of the wireless stop's transmitter, which vehicles may share; empty: one of its own."""
     new_link: LinkFactory | None = None
     """None: nobody drives the vehicle through its endpoint."""
+    from_tick: int = 0
+    """Control tick from which on vehicles are bound; one that is there earlier waits for it."""
+    until_tick: int | None = None
+    """Control tick on which they are given back to the world's driver; None: never."""
 
 
 Selector = Callable[[str, str], Binding | None]

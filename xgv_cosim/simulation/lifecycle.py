@@ -53,16 +53,41 @@ def apply_couplings(state: RunState, world: World) -> None:
 
 
 def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapshot) -> bool:
-    """Bind the vehicles that have entered the world and that the selector names; return whether any."""
-    before = len(state.fleet.bound_ids)
-    for vehicle_id in snapshot.departed:
+    """Bind who is new and whom the selector names, and whose time has come; return whether there was any."""
+    tick, before = state.clock.tick, len(state.fleet.bound_ids)
+    due = [name for name, binding in state.expected.items() if binding.from_tick <= tick]
+    for vehicle_id in dict.fromkeys((*due, *snapshot.departed)):
+        expected = state.expected.pop(vehicle_id, None)
         row = snapshot.index_of.get(vehicle_id)
         if row is None or vehicle_id in state.vehicles:
             continue
-        binding = selector(vehicle_id, snapshot.type_ids[row])
-        if binding is not None:
+        binding = expected or selector(vehicle_id, snapshot.type_ids[row])
+        if binding is None or (binding.until_tick is not None and binding.until_tick <= tick):
+            continue
+        if binding.from_tick > tick:
+            state.expected[vehicle_id] = binding
+        else:
             bind(state, world, snapshot, vehicle_id, binding)
     return len(state.fleet.bound_ids) > before
+
+
+def release_due(state: RunState, world: World) -> None:
+    """Give back the vehicles whose time as bound ones is over."""
+    tick = state.clock.tick
+    for vehicle in list(state.vehicles):
+        until_tick = vehicle.binding.until_tick
+        if until_tick is not None and until_tick <= tick:
+            give_back(state, world, vehicle.vehicle_id, "its time as a bound vehicle is over")
+
+
+def give_back(state: RunState, world: World, vehicle_id: str, why: str) -> None:
+    """Release a vehicle that drives on with the world's driver.
+
+    Raises:
+        UnknownVehicleError: No such vehicle is bound now.
+    """
+    release(state, vehicle_id, why)
+    world.release(vehicle_id)
 
 
 def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, binding: Binding) -> None:
@@ -108,8 +133,7 @@ def release_gone(state: RunState, world: World, snapshot: Snapshot) -> None:
         if vehicle.vehicle_id in snapshot.index_of:
             continue
         why = "arrived" if vehicle.vehicle_id in snapshot.arrived else "left the world"
-        release(state, vehicle.vehicle_id, why)
-        world.release(vehicle.vehicle_id)
+        give_back(state, world, vehicle.vehicle_id, why)
 
 
 def release(state: RunState, vehicle_id: str, why: str) -> None:

@@ -12,7 +12,7 @@ from xgv_cosim import kernel
 from xgv_cosim.clock import Clock, time_of_tick_s
 from xgv_cosim.columns import BoolColumn
 from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
-from xgv_cosim.errors import WorldError
+from xgv_cosim.errors import ScenarioError, WorldError
 from xgv_cosim.fleet import Fleet, Motion
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
@@ -28,7 +28,7 @@ from xgv_cosim.simulation import (
     triggers,
     views,
 )
-from xgv_cosim.simulation.binding import Selector
+from xgv_cosim.simulation.binding import Binding, Selector
 from xgv_cosim.simulation.devices import Devices
 from xgv_cosim.simulation.journal import Journal, Observer
 from xgv_cosim.simulation.state import RunState
@@ -91,6 +91,27 @@ class Simulation:
         """
         return VehicleHandle(self.state, self.state.vehicle(vehicle_id).vehicle_id)
 
+    def bind_vehicle(self, vehicle_id: str, binding: Binding) -> None:
+        """Bind a vehicle that is in the world; it may move. The world's driver has it until the next step.
+
+        Raises:
+            ScenarioError: It is not in the world, is bound already, or cannot start cold because it moves.
+        """
+        if vehicle_id in self.state.vehicles:
+            raise ScenarioError(f"vehicle {vehicle_id!r} is bound already; release it first")
+        if vehicle_id not in self.snapshot.index_of:
+            raise ScenarioError(f"the world has no vehicle {vehicle_id!r} at {self.now_s:g} s; bind it later")
+        lifecycle.bind(self.state, self.world, self.snapshot, vehicle_id, binding)
+        self._resolve_modes()
+
+    def release(self, vehicle_id: str) -> None:
+        """Give a bound vehicle back to the world's driver, for good or until it is bound again.
+
+        Raises:
+            UnknownVehicleError: No such vehicle is bound now.
+        """
+        lifecycle.give_back(self.state, self.world, vehicle_id, "released from Python")
+
     def step(self) -> Snapshot:
         """Advance by one world step and return the world after it.
 
@@ -129,6 +150,7 @@ class Simulation:
         self._adopt(snapshot, *by_computer, before)
         reporting.note_world(state, snapshot)
         lifecycle.release_gone(state, self.world, snapshot)
+        lifecycle.release_due(state, self.world)
         if lifecycle.bind_new(state, self.world, self._selector, snapshot):
             self._resolve_modes()  # so that a new vehicle has its modes before anybody looks
         triggers.look(state, snapshot, self.world.road)

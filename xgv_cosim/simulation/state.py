@@ -11,7 +11,7 @@ from xgv_cosim.endpoint import StackMessage
 from xgv_cosim.errors import UnknownVehicleError
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.injection import InjectionKind, OperatorAction
-from xgv_cosim.simulation.binding import BoundVehicle
+from xgv_cosim.simulation.binding import Binding, BoundVehicle
 from xgv_cosim.simulation.bound import BoundVehicles
 from xgv_cosim.simulation.devices import Devices, Edge
 from xgv_cosim.simulation.journal import Journal
@@ -31,6 +31,8 @@ class RunState:
     transmitters: dict[str, Transmitter] = field(default_factory=dict)
     """Transmitters that several vehicles share, by name."""
     waiting: Waiting = field(default_factory=Waiting)
+    expected: dict[str, Binding] = field(default_factory=dict)
+    """Vehicles of the world whose binding begins later."""
     released: set[str] = field(default_factory=set)
     """Vehicles that were bound once and are no longer."""
     contacts: set[tuple[str, str]] = field(default_factory=set)
