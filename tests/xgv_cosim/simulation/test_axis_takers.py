@@ -200,8 +200,9 @@ def test_what_a_computing_controller_answers_is_not_held_back_by_a_frozen_neighb
         fleet.safety_devices[cars.slots] |= SAFESTOP_PAUSE
     elif name != "in_run_state":
         fleet.partial_mode[cars.slots] = MANUAL_SPEED | MANUAL_STEERING
-    column = getattr(moding.resolve(fleet, cars.groups), name)
-    assert column[:4].tolist() == [True, False, True, False]
+    answer = moding.resolve(fleet, cars.groups)
+    assert getattr(answer, name)[:4].tolist() == [True, False, True, False]
+    assert answer.stop_demanded.any() == (name == "pausing")
 
 
 def test_the_emergency_override_acts_on_a_frozen_car_alone_by_its_bit_xgv_30_xgv_67() -> None:
@@ -225,3 +226,6 @@ def test_a_rider_keeps_an_axis_that_a_frozen_controller_had_released_xgv_64_xgv_
     assert cars.of(1) == (Longitudinal.OPEN_LOOP, Lateral.FREE)
     cars.at(1.0 + REACTION_S)
     assert cars.of(1) == (Longitudinal.OPEN_LOOP, Lateral.DRIVER)
+    fleet.longitudinal[1], fleet.held.longitudinal[1] = Longitudinal.DRIVER, Longitudinal.FREE
+    cars.at(1.1 + REACTION_S)  # the pedals were his when it froze: he does not take time again
+    assert cars.of(1) == (Longitudinal.DRIVER, Lateral.DRIVER)
