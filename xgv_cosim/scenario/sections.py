@@ -149,8 +149,8 @@ class BindSection(Section):
     until_s: Annotated[float, Field(gt=0)] | None = None
     """Time of the run at which they are given back to the traffic's own driver; without it never."""
     transmitter: _Name | None = None
-    """Name of the SafeStop transmitter that these vehicles hear; all with the same name share one radio.
-    Without it each vehicle has one of its own."""
+    """Name of the SafeStop transmitter that these vehicles hear; all with the same name share one radio
+    (XGV-42). Without it each vehicle has one of its own."""
     plant: PlantSection = PlantSection()
     """What differs from the preset and from ``world.environment``."""
     stack: Literal["reference", "none"] = "reference"
