@@ -103,6 +103,23 @@ def test_override_hands_both_axes_to_the_rider_at_once_and_back_without_a_jerk(o
     assert max(jumps_mps) < 0.5
 
 
+def test_the_coupling_is_changed_at_run_time(open_hello: Opener) -> None:
+    """Issue 3.1: by default auto; each change is an event, asking for what is already is none."""
+    simulation = open_hello()
+    simulation.run_until(3.0)
+    car, shares = simulation.vehicle("xgv_0"), []
+    for kind in ("auto", "free", "lane", "lane", "auto"):
+        car.set_coupling(kind)
+        shares.append(0)
+        for _ in range(10):
+            snapshot = simulation.step()
+            shares[-1] += int(snapshot.in_lane_frame[snapshot.index_of["xgv_0"]])
+    assert shares == [10, 0, 10, 10, 10]
+    assert [after for _, after in events_of(simulation, "coupling")] == ["free", "lane", "auto"]
+    with pytest.raises(ScenarioError, match="expected one of free, lane, auto"):
+        car.set_coupling("magnetic")  # type: ignore[arg-type]
+
+
 def test_disable_beats_override(open_hello: Opener) -> None:
     """XGV-29, XGV-31: under manual override the stop button still stops the car."""
     simulation = open_hello()

@@ -2,7 +2,8 @@
 
 SUMO knows a vehicle by its lane, a position along it and an offset across; pose and heading follow from
 them: the front bumper lies beside the lane's centre line, and the heading is that of the chord from the
-rear bumper to it, both at the same offset. Everything here is columns over the placed vehicles.
+rear bumper to it, both at the same offset; while the rear bumper is still on the lane before, it keeps the
+offset that the front had there. Everything here is columns over the placed vehicles.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 _LANES_BEHIND = 4
 """So many lanes behind its own a vehicle's body may reach into: edge, junction, edge, junction."""
+_REAR_OFFSET_M = 0.04
+"""So well is it known (measured) where SUMO has the rear bumper across a lane that the front has left."""
 _SEARCHES = 3
 """Projections onto the lane: the plant's distance and the lane's differ in curves."""
 
@@ -38,7 +41,7 @@ class InLane(NamedTuple):
     error_m: FloatColumn
     """Distance of SUMO's front bumper from the plant's, if SUMO has it at this position and offset."""
     error_rad: FloatColumn
-    """Difference of SUMO's heading from the plant's then, ``nan`` where SUMO's cannot be told."""
+    """Largest difference of SUMO's heading from the plant's then, ``nan`` where SUMO's cannot be told."""
 
 
 @dataclass(slots=True)
@@ -53,6 +56,10 @@ class LaneFrames:
     """And the one after that."""
     _behind: dict[str, tuple[int, ...]] = field(default_factory=dict)
     """The lanes that each vehicle has come over, nearest first."""
+    _lateral_m: dict[str, float] = field(default_factory=dict)
+    """Where each front bumper was across its lane in the step before."""
+    _crossing_m: dict[str, float] = field(default_factory=dict)
+    """And before it came onto its present lane: SUMO leaves the rear bumper there until it is over too."""
 
     def follow(self, ids: tuple[str, ...], lane: IntColumn, next_lane: IntColumn) -> None:
         """Note which lanes the vehicles are on now; -1 where SUMO has them on none."""
@@ -69,7 +76,8 @@ class LaneFrames:
 
     def forget(self, vehicle_id: str) -> None:
         """Drop a vehicle that is bound no longer."""
-        self._behind.pop(vehicle_id, None)
+        for kept in (self._behind, self._lateral_m, self._crossing_m):
+            kept.pop(vehicle_id, None)
 
     def _path(self, name: str, left: int, following: int, now: int) -> tuple[int, ...]:
         """Return the lanes behind, nearest first, now that ``left`` was left; none after a lane change."""
@@ -104,18 +112,40 @@ class LaneFrames:
         sumo_x_m = front.x_m - lateral_m * np.sin(front.heading_rad)
         sumo_y_m = front.y_m + lateral_m * np.cos(front.heading_rad)
         names = [placement.ids[index] for index in at.tolist()]
+        rear_lateral_m = self._rear_lateral_m(names, lane, position_m, length_m, lateral_m)
         rear = road.points_ahead(*self._rear_lanes(names, lane, position_m - length_m, next_lane))
-        chord_x_m = sumo_x_m - (rear.x_m - lateral_m * np.sin(rear.heading_rad))
-        chord_y_m = sumo_y_m - (rear.y_m + lateral_m * np.cos(rear.heading_rad))
+        chord_x_m = sumo_x_m - (rear.x_m - rear_lateral_m * np.sin(rear.heading_rad))
+        chord_y_m = sumo_y_m - (rear.y_m + rear_lateral_m * np.cos(rear.heading_rad))
         turned_rad = np.arctan2(chord_y_m, chord_x_m) - heading_rad
+        turned_rad = np.abs(np.remainder(turned_rad + np.pi, 2.0 * np.pi) - np.pi)
+        unsure_rad = np.where(position_m < length_m, _REAR_OFFSET_M / length_m, 0.0)
         return InLane(
             position_m,
             lateral_m,
             body_m,
             road.lane_width_m(lane),
             np.hypot(front_x_m - sumo_x_m, front_y_m - sumo_y_m),
-            np.abs(np.remainder(turned_rad + np.pi, 2.0 * np.pi) - np.pi),
+            turned_rad + unsure_rad,
         )
+
+    def _rear_lateral_m(
+        self,
+        names: list[str],
+        lane: IntColumn,
+        position_m: FloatColumn,
+        length_m: FloatColumn,
+        lateral_m: FloatColumn,
+    ) -> FloatColumn:
+        """Return where the rear bumpers are across their lanes: where the front is, or was as it crossed."""
+        crossing = (lane >= 0) & (position_m > self.road.lane_length_m(lane))
+        rear_lateral_m = lateral_m.copy()
+        for index in np.flatnonzero(crossing | (position_m < length_m)).tolist():
+            name = names[index]
+            if crossing[index]:
+                self._crossing_m[name] = self._lateral_m.get(name, float("nan"))
+            rear_lateral_m[index] = self._crossing_m.get(name, float("nan"))
+        self._lateral_m.update(zip(names, lateral_m.tolist(), strict=True))
+        return rear_lateral_m
 
     def _rear_lanes(
         self, names: list[str], lane: IntColumn, position_m: FloatColumn, next_lane: IntColumn
