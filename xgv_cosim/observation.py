@@ -32,10 +32,10 @@ class LaneBeside:
     offset_m: float
     """From the own lane's centre line to that lane's, positive left."""
     leader_gap_m: float
-    """From the own front bumper to the rear one of who drives ahead there, below 0 beside; ``inf``: nobody."""
+    """From the own front bumper to the rear one of who drives ahead there, below 0 beside; ``inf``: none."""
     leader_speed_mps: float
     follower_gap_m: float
-    """From the own rear bumper to the front one of who comes behind there, below 0 beside; ``inf``: nobody."""
+    """From the own rear bumper to the front one of who comes behind there, below 0 beside; ``inf``: none."""
     follower_speed_mps: float
 
 
@@ -62,7 +62,7 @@ class Observation:
     """Speed limit of the lane."""
     lane_ahead_m: tuple[tuple[float, float], ...]
     """Points of the centre line ahead along the route, through junctions, up to 190 m from the front bumper;
-    in the vehicle's frame: x forward, y left. Empty off the road."""
+    in the vehicle's frame: x forward, y left. Off the road the way that was left; empty if none is known."""
     leader_gap_m: float
     """Bumper to bumper, ``inf`` without a leader in sight."""
     leader_speed_mps: float
@@ -79,6 +79,8 @@ class Observation:
     """Gear, engine and parking brake."""
     length_m: float = 4.4
     """Length of the own vehicle."""
+    on_road: bool = True
+    """Whether the front bumper is over a lane."""
     lane_id: str = ""
     """The world's name of the lane, empty off the road."""
     lane_width_m: float = 3.2

@@ -18,8 +18,29 @@ if TYPE_CHECKING:
     from xgv_cosim.snapshot import Snapshot
 
 PREVIEW_M = np.array(
-    [0.0, 1.5, 3.0, 4.5, 6.0, 8.0, 10.0, 12.5, 15.0, 18.0, 21.0, 25.0, 30.0, 35.0, 41.0, 48.0, 56.0, 65.0]
-    + [75.0, 86.0, 98.0, 111.0, 125.0, 140.0, 156.0, 173.0, 190.0]
+    [
+        *(
+            0.0,
+            1.5,
+            3.0,
+            4.5,
+            6.0,
+            8.0,
+            10.0,
+            12.5,
+            15.0,
+            18.0,
+            21.0,
+            25.0,
+            30.0,
+            35.0,
+            41.0,
+            48.0,
+            56.0,
+            65.0,
+        ),
+        *(75.0, 86.0, 98.0, 111.0, 125.0, 140.0, 156.0, 173.0, 190.0),
+    ]
 )
 """Distances beyond the front bumper at which a stack sees its way; full braking from 50 m/s needs 160 m."""
 
@@ -90,10 +111,10 @@ class Beside(NamedTuple):
     offset_m: FloatColumn
     """From the own centre line to that lane's, positive left; ``nan`` where no lane may be changed to."""
     leader_gap_m: FloatColumn
-    """From the own front bumper to the rear one of who drives ahead there, below 0 beside; ``inf``: nobody."""
+    """From the own front bumper to the rear one of who drives ahead there, below 0 beside; ``inf``: none."""
     leader_speed_mps: FloatColumn
     follower_gap_m: FloatColumn
-    """From the own rear bumper to the front one of who comes behind there, below 0 beside; ``inf``: nobody."""
+    """From the own rear bumper to the front one of who comes behind there, below 0 beside; ``inf``: none."""
     follower_speed_mps: FloatColumn
 
 
@@ -103,18 +124,19 @@ class Surroundings(NamedTuple):
     way_x_m: FloatMatrix
     """Centre line of the lanes along the route at ``PREVIEW_M``, shape ``(n, len(PREVIEW_M))``."""
     way_y_m: FloatMatrix
-    on_road: BoolColumn
+    has_way: BoolColumn
+    """Whether the way is known: on the road, or off it the way that was left."""
     lane: IntColumn
     """Number of the lane in ``Road``, -1 off-road."""
     lateral_m: FloatColumn
     """Front bumper from the lane's centre line, positive left."""
     lane_width_m: FloatColumn
     limit_mps: FloatColumn
-    """Speed limit of the lane, ``inf`` off-road."""
+    """Speed limit of the lane, ``inf`` without a way."""
     limits_ahead: tuple[tuple[tuple[float, float], ...], ...]
     """Of each vehicle: (distance from the front bumper, limit from there on) of each change ahead."""
     lane_end_m: FloatColumn
-    """From the front bumper to where the own lane no longer leads on along the route; ``inf``: not in sight."""
+    """From the front bumper to where the own lane no longer leads on along the route; ``inf``: it does."""
     lane_changes: IntColumn
     """Lanes to be changed until then, positive to the left, 0: none."""
     route_end_m: FloatColumn
@@ -164,7 +186,7 @@ def plain_surroundings(snapshot: Snapshot, road: Road, vehicle_ids: Sequence[str
     return Surroundings(
         way_x_m=way_x_m,
         way_y_m=way_y_m,
-        on_road=on_road,
+        has_way=on_road,
         lane=lane,
         lateral_m=lateral_m(snapshot, rows, way_x_m[:, 0], way_y_m[:, 0], heading_rad),
         lane_width_m=road.lane_width_m(lane),

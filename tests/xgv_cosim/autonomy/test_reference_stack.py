@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
 from xgv_cosim.actuation import Gear
+from xgv_cosim.autonomy.longitudinal import wanted_accel_mps2
 from xgv_cosim.autonomy.reference import ReferenceStack, ReferenceStackSettings
 from xgv_cosim.commands import DiscreteDevices, MotionProfile
 from xgv_cosim.endpoint import CommandStatus, ReleaseControl, RequestControl
@@ -47,6 +48,10 @@ def seen(
         component_controller={PD: CAR, MPD: ME},
         devices=DeviceReading(gear=Gear.DRIVE, gear_wanted=Gear.DRIVE, engine_on=True, parking_brake=False),
     )
+
+
+def wanted(view: Observation, settings: ReferenceStackSettings | None = None) -> float:
+    return wanted_accel_mps2(view, settings or ReferenceStackSettings(), math.inf)
 
 
 def motion_of(stack: ReferenceStack, view: Observation) -> MotionProfile:
@@ -100,10 +105,10 @@ def test_it_starts_the_engine_and_releases_the_parking_brake_where_it_may_xgv_34
 
 def test_a_free_road_leads_to_the_limit_and_a_wish_below_it_is_kept() -> None:
     assert motion_of(ReferenceStack(ME), seen(speed=10.0)).speed_mps > 10.0
-    assert ReferenceStack(ME).wanted_accel_mps2(seen(speed=30.0)) == pytest.approx(0.0)
-    slow = ReferenceStack(ME, ReferenceStackSettings(desired_speed_mps=15.0))
-    assert slow.wanted_accel_mps2(seen(speed=15.0)) == pytest.approx(0.0)
-    assert slow.wanted_accel_mps2(seen(speed=20.0)) < -1.0
+    assert wanted(seen(speed=30.0)) == pytest.approx(0.0)
+    slow = ReferenceStackSettings(desired_speed_mps=15.0)
+    assert wanted(seen(speed=15.0), slow) == pytest.approx(0.0)
+    assert wanted(seen(speed=20.0), slow) < -1.0
 
 
 @given(speed=st.floats(0.0, 35.0), gap=st.floats(0.2, 150.0), leader=st.floats(0.0, 35.0))
@@ -115,7 +120,7 @@ def test_it_never_speeds_up_into_a_short_gap_and_never_asks_for_nonsense(
     assert 0.0 <= motion.speed_mps <= 30.0
     assert 0.0 < motion.max_accel_mps2 <= 7.5
     if gap < 3.0:
-        assert stack.wanted_accel_mps2(seen(speed=speed, gap=gap, leader_speed=leader)) <= 0.0
+        assert wanted(seen(speed=speed, gap=gap, leader_speed=leader)) <= 0.0
 
 
 @pytest.mark.parametrize("curvature", [-0.02, -0.002, 0.002, 0.02])

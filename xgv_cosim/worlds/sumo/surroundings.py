@@ -48,6 +48,10 @@ _RIGHT_OF_WAY = {
 }  # fmt: skip
 
 
+_BACK_M, _ONWARD_M = 3.0, 30.0
+"""So far before and behind its last place on its way a vehicle off the road is looked for."""
+
+
 class Line(NamedTuple):
     """A line on a way at which signals or others may have a say."""
 
@@ -76,6 +80,12 @@ class _Known:
     way: Way
     lines: tuple[Line, ...]
     limits: tuple[tuple[float, float], ...]
+    here_m: float = 0.0
+    """Where on its way it was last, from the beginning of the way's first lane."""
+
+
+NOWHERE = _Known("", RoutePlan((), ()), -math.inf, 0, -1, Way((-1,), (0.0,), math.inf, math.inf, 0), (), ())
+"""Of a vehicle that has not been on the road yet."""
 
 
 @dataclass(slots=True)
@@ -86,7 +96,6 @@ class SurroundingsReader:
     road: SumoRoad
     network: SumoNetwork
     _known: dict[str, _Known] = field(default_factory=dict)
-    _lengths_m: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, engine: Engine, road: SumoRoad) -> SurroundingsReader:
@@ -96,27 +105,34 @@ class SurroundingsReader:
     def read(self, snapshot: Snapshot, vehicle_ids: Sequence[str]) -> Surroundings:
         """Return what surrounds vehicles of the snapshot."""
         rows = rows_of(snapshot, vehicle_ids)
-        lane, position_m = snapshot.lane[rows], snapshot.lane_position_m[rows]
+        lane, position_m = snapshot.lane[rows], snapshot.lane_position_m[rows].copy()
         on_road = lane >= 0
         self._known = {name: self._known[name] for name in vehicle_ids if name in self._known}
         known = [
-            self._renewed(name, int(number), snapshot.time_s) if number >= 0 else self._off_road(name)
+            self._renewed(name, int(number), snapshot.time_s)
+            if number >= 0
+            else self._known.get(name, NOWHERE)
             for name, number in zip(vehicle_ids, lane.tolist(), strict=True)
         ]
         ways = _Ways.of([entry.way for entry in known])
-        way_x_m, way_y_m, heading_rad = self._preview(ways, position_m, on_road)
+        for number in np.flatnonzero(~on_road & (ways.lanes[:, 0] >= 0)).tolist():
+            position_m[number] = self._nearest_m(known[number], snapshot, int(rows[number]))
+        positions = position_m.tolist()
+        for entry, here_m in zip(known, positions, strict=True):
+            entry.here_m = here_m
+        way_x_m, way_y_m, heading_rad = self._preview(ways, position_m)
         traffic = LaneTraffic.of(self.road, snapshot)
         left_m = ways.first_left_m(position_m)
-        leader_gap_m, leader_speed_mps = self._leaders(snapshot, rows, ways, traffic)
-        positions = position_m.tolist()
+        leader_gap_m, leader_speed_mps = self._leaders(snapshot, rows, position_m, ways, traffic)
+        has_way = ways.lanes[:, 0] >= 0
         return Surroundings(
             way_x_m=way_x_m,
             way_y_m=way_y_m,
-            on_road=on_road,
+            has_way=has_way,
             lane=lane,
             lateral_m=lateral_m(snapshot, rows, way_x_m[:, 0], way_y_m[:, 0], heading_rad),
-            lane_width_m=self.road.lane_width_m(lane),
-            limit_mps=np.where(on_road, self.road.lane_limit_mps(lane), np.inf),
+            lane_width_m=self.road.lane_width_m(ways.lanes[:, 0]),
+            limit_mps=np.where(has_way, self.road.lane_limit_mps(ways.lanes[:, 0]), np.inf),
             limits_ahead=tuple(
                 tuple((at_m - here_m, limit) for at_m, limit in entry.limits if at_m > here_m)
                 for entry, here_m in zip(known, positions, strict=True)
@@ -130,18 +146,25 @@ class SurroundingsReader:
             right=self._beside(-1, snapshot, rows, known, traffic),
             signals=self._signals(known, positions),
             junctions=tuple(
-                self._junction(name, entry, here_m, speed, snapshot) if entry.lines else None
-                for name, entry, here_m, speed in zip(
-                    vehicle_ids, known, positions, snapshot.speed_mps[rows].tolist(), strict=True
+                self._junction(name, entry, here_m, speed, snapshot) if entry.lines and here else None
+                for name, entry, here_m, speed, here in zip(
+                    vehicle_ids,
+                    known,
+                    positions,
+                    snapshot.speed_mps[rows].tolist(),
+                    on_road.tolist(),
+                    strict=True,
                 )
             ),
         )
 
-    def _off_road(self, vehicle_id: str) -> _Known:
-        """Return an empty way; what was known is read anew when the vehicle is back."""
-        self._known.pop(vehicle_id, None)
-        nowhere = Way((-1,), (0.0,), math.inf, math.inf, 0)
-        return _Known("", RoutePlan((), ()), -math.inf, 0, -1, nowhere, (), ())
+    def _nearest_m(self, entry: _Known, snapshot: Snapshot, row: int) -> float:
+        """Return the place on its way nearest to a vehicle off the road, not far from the last one."""
+        near_m = entry.here_m + np.arange(-_BACK_M, _ONWARD_M, 0.5)
+        lane, along_m = _Ways.of([entry.way]).at(near_m[None, :])
+        points = self.road.points_ahead(lane[0], along_m[0], np.full(lane.shape[1], -1, np.int64))
+        distance_m = np.hypot(points.x_m - snapshot.front_x_m[row], points.y_m - snapshot.front_y_m[row])
+        return float(near_m[np.argmin(distance_m)])
 
     def _renewed(self, vehicle_id: str, lane: int, now_s: float) -> _Known:
         """Return what is known of a vehicle, its way anew where its lane or route has changed."""
@@ -177,23 +200,26 @@ class SurroundingsReader:
             before = limit
         return tuple(found)
 
-    def _preview(
-        self, ways: _Ways, position_m: FloatColumn, on_road: np.ndarray
-    ) -> tuple[FloatMatrix, FloatMatrix, FloatColumn]:
+    def _preview(self, ways: _Ways, position_m: FloatColumn) -> tuple[FloatMatrix, FloatMatrix, FloatColumn]:
         """Return the points of the ways at ``PREVIEW_M`` and the heading at the first of them."""
         lane, along_m = ways.at(position_m[:, None] + PREVIEW_M)
         nowhere = np.full(lane.size, -1, np.int64)
         points = self.road.points_ahead(lane.ravel(), along_m.ravel(), nowhere)
         shape = lane.shape
-        heading_rad = np.where(on_road, points.heading_rad.reshape(shape)[:, 0], 0.0)
+        heading_rad = points.heading_rad.reshape(shape)[:, 0]
         return points.x_m.reshape(shape), points.y_m.reshape(shape), heading_rad
 
     def _leaders(
-        self, snapshot: Snapshot, rows: IntColumn, ways: _Ways, traffic: LaneTraffic
+        self,
+        snapshot: Snapshot,
+        rows: IntColumn,
+        position_m: FloatColumn,
+        ways: _Ways,
+        traffic: LaneTraffic,
     ) -> tuple[FloatColumn, FloatColumn]:
         """Return (gap, speed) of who drives ahead: SUMO's answer, or the first along the way if nearer."""
         gap_m, speed_mps = leaders_of(snapshot, rows)
-        index, ahead_m = traffic.first_ahead(ways.lanes, ways.starts_m, snapshot.lane_position_m[rows], rows)
+        index, ahead_m = traffic.first_ahead(ways.lanes, ways.starts_m, position_m, rows)
         along_m = np.where(index >= 0, ahead_m - snapshot.length_m[index], np.inf)
         nearer = along_m < gap_m
         return (
@@ -213,8 +239,8 @@ class SurroundingsReader:
         count, road = len(known), self.road
         lane = np.array(
             [
-                self.network.beside(entry.lane, side, entry.vehicle_class) if entry.lane >= 0 else -1
-                for entry in known
+                self.network.beside(entry.lane, side, entry.vehicle_class) if here else -1
+                for entry, here in zip(known, (snapshot.lane[rows] >= 0).tolist(), strict=True)
             ],
             np.int64,
         ).reshape(count)

@@ -63,7 +63,7 @@ class LaneTraffic:
             for step, lane in enumerate(way):
                 if lane < 0:
                     break
-                index = self._after(lane, here_m if step == 0 else -1.0, row)
+                index = self._after(lane, here_m - starts[number][step], row)
                 if index >= 0:
                     found[number] = self.rows[index]
                     distance_m[number] = starts[number][step] + self.position_m[index] - here_m

@@ -1,0 +1,73 @@
+"""How the reference stacks drive, whatever commands they put it into: acceleration and curvature."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from xgv_cosim.autonomy.crossing import Crossings
+from xgv_cosim.autonomy.lateral import (
+    SHORTEST_CHANGE_M,
+    LaneChanges,
+    urgency,
+    wanted_curvature_per_m,
+)
+from xgv_cosim.autonomy.longitudinal import wanted_accel_mps2
+from xgv_cosim.autonomy.settings import ReferenceStackSettings
+from xgv_cosim.observation import LaneBeside, Observation
+
+ADAPTS_FROM = 0.2
+"""From this urgency on the car follows the leader of the lane that it wants to change to."""
+LANE_END_GAP_M = 3.0
+BACK_MPS = 2.5
+"""At which it drives back to a road that it has left."""
+
+
+class Wish(NamedTuple):
+    """What the driver wants of the car now."""
+
+    accel_mps2: float
+    curvature_per_m: float
+
+
+class RouteDriving:
+    """Drives along a route: lane changes, signals, right of way, limits, curves, the leader."""
+
+    def __init__(self, settings: ReferenceStackSettings) -> None:
+        self._settings = settings
+        self._changes = LaneChanges()
+        self._crossings = Crossings(settings)
+
+    def wish(self, seen: Observation) -> Wish:
+        """Return what to do now; without a way: brake, straight on."""
+        if not seen.lane_ahead_m:
+            return Wish(-self._settings.lost_decel_mps2, 0.0)
+        beside = self._changes.decide(seen)
+        goal_m = 0.0 if beside is None else beside.offset_m
+        stop_m = min(self._crossings.stop_m(seen), lane_end_stop_m(seen))
+        accel = wanted_accel_mps2(seen, self._settings, stop_m, *_also_followed(seen, beside))
+        if not seen.on_road:
+            accel = min(accel, max(BACK_MPS - seen.speed_mps, -self._settings.lost_decel_mps2))
+        return Wish(accel, wanted_curvature_per_m(seen, goal_m, self._settings))
+
+
+def lane_end_stop_m(seen: Observation) -> float:
+    """Return where to wait for a lane change that has not succeeded: with room left to make it."""
+    if seen.lane_changes == 0 or not math.isfinite(seen.lane_end_m):
+        return math.inf
+    room_m = LANE_END_GAP_M + abs(seen.lane_changes) * SHORTEST_CHANGE_M
+    stop_m = seen.lane_end_m - room_m
+    if stop_m > 0.0:
+        return stop_m
+    changing = seen.left if seen.lane_changes > 0 else seen.right
+    # Within that room it creeps on while it can still move over, to the very end otherwise not.
+    return seen.lane_end_m - LANE_END_GAP_M if changing is not None else stop_m
+
+
+def _also_followed(seen: Observation, beside: LaneBeside | None) -> tuple[tuple[float, float], ...]:
+    """Return the leader of the lane that is changed to, or of the one that it will soon have to be."""
+    if beside is None and urgency(seen) > ADAPTS_FROM:
+        beside = seen.left if seen.lane_changes > 0 else seen.right
+    if beside is None or beside.leader_gap_m < 0.5:
+        return ()
+    return ((beside.leader_gap_m, beside.leader_speed_mps),)

@@ -1,0 +1,129 @@
+"""Steering: along the lane's centre line, and over to the next lane where the route asks for it.
+
+Steering is pure pursuit (Coulter, CMU-RI-TR-92-01): the arc through the rear axle, tangent to the
+heading, that meets the line to follow at the look-ahead distance: ``curvature = 2 y / d^2``. A lane
+change moves that line sideways, at a bounded lateral speed.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from xgv_cosim.autonomy.settings import ReferenceStackSettings
+from xgv_cosim.observation import LaneBeside, Observation
+
+CHANGE_FROM_M = 800.0
+"""A lane change that is due this far ahead is begun as soon as the gap allows."""
+LATERAL_SPEED_MPS = 1.2
+"""At which the line to follow moves over."""
+STEEPEST_SHIFT, FLATTEST_SHIFT = 0.3, 0.04
+"""Way to the side for each way ahead."""
+CHANGE_TIME_S = 4.0
+SHORTEST_CHANGE_M = 12.0
+"""What one lane change takes at least, however slow."""
+TIGHTEST_PER_M = 0.3
+CENTRED_M = 0.7
+"""Nobody begins a lane change further from the centre of his lane."""
+
+
+def change_room_m(seen: Observation) -> float:
+    """Return the way that the lane changes needed take at the present speed."""
+    return abs(seen.lane_changes) * (CHANGE_TIME_S * seen.speed_mps + SHORTEST_CHANGE_M)
+
+
+def urgency(seen: Observation) -> float:
+    """Return 0 while a lane change has time, 1 when it must be made now."""
+    if seen.lane_changes == 0 or not math.isfinite(seen.lane_end_m):
+        return 0.0
+    room_m = change_room_m(seen)
+    return min(1.0, max(0.0, 1.0 - (seen.lane_end_m - room_m) / max(1.0, 2.0 * room_m)))
+
+
+def gap_allows(seen: Observation, beside: LaneBeside, hurry: float) -> bool:
+    """Return whether the gaps in the next lane let the car in; the more hurry, the shorter they may be."""
+    speed, least_m, decel_mps2 = seen.speed_mps, 2.0 - hurry, 2.0 + 2.0 * hurry
+    ahead_m = least_m + _braking_m(speed, beside.leader_speed_mps, decel_mps2)
+    ahead_m += (0.6 - 0.4 * hurry) * speed
+    behind_m = least_m + _braking_m(beside.follower_speed_mps, speed, decel_mps2)
+    behind_m += (0.8 - 0.5 * hurry) * beside.follower_speed_mps
+    return beside.leader_gap_m > ahead_m and beside.follower_gap_m > behind_m
+
+
+def _braking_m(behind_mps: float, ahead_mps: float, decel_mps2: float) -> float:
+    return max(0.0, behind_mps**2 - ahead_mps**2) / (2.0 * decel_mps2)
+
+
+class LaneChanges:
+    """Which line the car follows: its lane's, or the next lane's while it changes."""
+
+    def __init__(self) -> None:
+        self.side = 0
+        """1: it moves over to the left, -1: to the right, 0: it keeps its lane."""
+        self._from_lane = ""
+
+    def decide(self, seen: Observation) -> LaneBeside | None:
+        """Begin, go on with, give up or end a lane change; return the lane it moves to, None: its own."""
+        if self.side and seen.lane_id != self._from_lane:
+            self.side = 0  # the front bumper is over the line: what was the next lane is the own one
+        side = self.side or (seen.lane_changes > 0) - (seen.lane_changes < 0)
+        beside = (seen.left if side > 0 else seen.right) if side else None
+        if beside is None or seen.lane_changes * side <= 0:
+            self.side = 0
+            return None
+        hurry = urgency(seen)
+        if self.side:
+            if not gap_allows(seen, beside, 1.0) and abs(seen.lateral_m) < 0.25 * seen.lane_width_m:
+                self.side = 0  # back to its lane while most of the car is in it
+                return None
+            return beside
+        if (
+            seen.lane_end_m < CHANGE_FROM_M
+            and abs(seen.lateral_m) < CENTRED_M
+            and gap_allows(seen, beside, hurry)
+        ):
+            self.side, self._from_lane = side, seen.lane_id
+            return beside
+        return None
+
+
+def wanted_curvature_per_m(seen: Observation, goal_m: float, settings: ReferenceStackSettings) -> float:
+    """Return the pure-pursuit curvature towards a line beside the lane's centre line, positive to the left.
+
+    Args:
+        seen: The view.
+        goal_m: Where the line to follow lies, to the left of the centre line.
+        settings: Look-ahead and limits.
+    """
+    if not seen.lane_ahead_m:
+        return 0.0
+    speed = abs(seen.speed_mps)
+    lookahead_m = max(settings.shortest_lookahead_m, speed * settings.lookahead_time_s)
+    slope = min(STEEPEST_SHIFT, max(FLATTEST_SHIFT, LATERAL_SPEED_MPS / max(0.1, speed)))
+    most_m = slope * lookahead_m
+    shift_m = seen.lateral_m + min(most_m, max(-most_m, goal_m - seen.lateral_m))
+    x, y = point_at(seen.lane_ahead_m, lookahead_m, shift_m)
+    # A point behind, as in a turn tighter than the car's own, asks for all that there is.
+    curvature = 2.0 * y / max(1.0, x * x + y * y) if x > 0.0 else math.copysign(TIGHTEST_PER_M, y)
+    limit = settings.max_lateral_accel_mps2 / max(1.0, speed) ** 2
+    return min(max(curvature, -limit), limit)
+
+
+def point_at(
+    points: tuple[tuple[float, float], ...], distance_m: float, shift_m: float
+) -> tuple[float, float]:
+    """Return the point of a polyline at a distance from the origin, moved to its left by ``shift_m``.
+
+    The last point if the line ends before, the first if it begins beyond.
+    """
+    for (x0, y0), (x1, y1) in pairwise(points):
+        near, far = math.hypot(x0, y0), math.hypot(x1, y1)
+        if far >= distance_m:
+            share = min(1.0, max(0.0, (distance_m - near) / max(1e-9, far - near)))
+            long_m = max(1e-9, math.hypot(x1 - x0, y1 - y0))
+            left_x, left_y = -(y1 - y0) / long_m, (x1 - x0) / long_m
+            return (
+                x0 + share * (x1 - x0) + shift_m * left_x,
+                y0 + share * (y1 - y0) + shift_m * left_y,
+            )
+    return points[-1]
