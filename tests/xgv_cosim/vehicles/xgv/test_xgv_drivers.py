@@ -79,7 +79,7 @@ def test_they_begin_in_standby_under_their_addresses_with_nobody_and_nothing_due
     assert drivers.profile.address == JausAddress(7, 1, 10, 1)
     assert (drivers.primitive.status, drivers.profile.status) == (STANDBY, STANDBY)
     assert holders(drivers) == (None, None)
-    assert (drivers.next_deadline_s, drivers.loss) == (math.inf, "")
+    assert (drivers.next_deadline_s, drivers.loss, drivers.status.standby_reason) == (math.inf, "", "")
     assert drivers.by_id == {PD: drivers.primitive, MPD: drivers.profile}
 
 
@@ -256,6 +256,17 @@ def test_a_silent_controller_loses_both_drivers_on_its_time_and_the_reason_stand
     assert drivers.handle_deadline(13.0) == [
         taken(PD_NAME, "1.3.4.1", "nobody", "1.3.4.1 was silent for 5 s and lost control")
     ]
+
+
+def test_silence_counts_only_where_its_time_is_given_and_a_strangers_release_ends_no_reason_xgv_65() -> None:
+    drivers = Drivers(7, request_period_s=1.0, initialize_s=2.0)
+    say(drivers, RequestControl(PD, 6))
+    assert drivers.next_deadline_s == math.inf
+    drivers = new(timeout_s=5.0)
+    say(drivers, RequestControl(PD, 6))
+    drivers.handle_deadline(5.0)
+    assert say(drivers, ReleaseControl(PD), BOB, 6.0) == []
+    assert drivers.loss == "1.2.4.1 was silent for 5 s and lost control"
 
 
 def test_silence_of_one_client_leaves_the_others_what_they_have_xgv_65() -> None:

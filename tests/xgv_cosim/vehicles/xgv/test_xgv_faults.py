@@ -11,7 +11,7 @@ from xgv_cosim.actuation import LostFunction
 from xgv_cosim.endpoint import EndpointChanged
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.vehicles.xgv.errors import COMMAND_TIMEOUTS, ERRORS, near_codes
-from xgv_cosim.vehicles.xgv.faults import warnings_of
+from xgv_cosim.vehicles.xgv.faults import Faults, warnings_of
 from xgv_cosim.vehicles.xgv.modes import (
     DEVICE_WORDS,
     DOOR_OPEN,
@@ -158,3 +158,19 @@ def test_warnings_come_and_go_as_events_and_set_no_bit_xgv_38() -> None:
 def test_a_code_that_the_xgv_has_not_is_refused_with_its_neighbours_xgv_38() -> None:
     with pytest.raises(ScenarioError, match=r"error code: got 9112, expected one that the XGV has.*9111"):
         Story().endpoint.raise_error(9112, 0.0)
+
+
+@pytest.mark.parametrize("function", [LostFunction.BRAKE, LostFunction.STEERING, LostFunction.SPEED_FEEDBACK])
+def test_which_errors_take_a_function_away_is_told_in_order_xgv_38(function: LostFunction) -> None:
+    taken = {
+        LostFunction.BRAKE: (9109, 9110),
+        LostFunction.STEERING: (9103,),
+        LostFunction.SPEED_FEEDBACK: (),
+    }
+    faults = Faults(
+        ErrorLatch.HARDWARE, {9103: LostFunction.STEERING} | dict.fromkeys((9109, 9110), LostFunction.BRAKE)
+    )
+    for code in (9110, 9156, 9103, 9109):  # 9156 takes nothing away
+        faults.raise_code(code)
+    assert faults.taking(function) == tuple(ERRORS[code].label for code in taken[function])
+    assert faults.lost_functions == LostFunction.STEERING | LostFunction.BRAKE

@@ -69,6 +69,10 @@ def test_reactions_may_be_given_in_words() -> None:
     assert receiver.supervision == BOTH
 
 
+def test_the_link_status_has_the_numbers_of_the_wire_xgv_52() -> None:
+    assert {status.name: int(status) for status in LinkStatus} == {"NONE": 0, "BYPASS": 1, "GOOD": 2}
+
+
 def test_a_revived_receiver_has_no_link_until_it_hears_a_frame_however_short_it_was_dead() -> None:
     _, receiver = pair()
     receiver.advance(1.0)
@@ -268,6 +272,7 @@ def test_a_transmitter_remembers_when_what_changed() -> None:
     ]
     assert [transmitter.has_changed_after(time_s) for time_s in (2.99, 3.0)] == [True, False]
     assert transmitter.frame_before(1.03, 0.05) == pytest.approx(1.02)
+    assert transmitter.frame_before(1.02, 0.05) == 1.02
     assert transmitter.frame_before(1.019, 0.05) == pytest.approx(1.0)
     assert transmitter.frame_before(0.15, 0.05) == pytest.approx(0.15)  # 0.15 is a little more than 3 x 0.05
     assert transmitter.frame_after(0.15, 0.05) == pytest.approx(0.2)
