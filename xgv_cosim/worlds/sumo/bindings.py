@@ -23,7 +23,9 @@ from xgv_cosim.worlds.sumo.couplings import (
     WorldDriver,
     enter,
 )
+from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.lane_frame import InLane, LaneFrames
+from xgv_cosim.worlds.sumo.straddling import Owners, Straddling
 
 if TYPE_CHECKING:
     from xgv_cosim.columns import BoolColumn, IntColumn
@@ -52,7 +54,7 @@ class Binding:
 class Bindings:
     """Writes every bound vehicle with the coupling that its ownership asks for."""
 
-    def __init__(self, engine: Engine, road: SumoRoad, step_s: float) -> None:
+    def __init__(self, engine: Engine, road: SumoRoad, step_s: float, *, with_ghosts: bool = True) -> None:
         self.bound: dict[str, Binding] = {}
         self._engine = engine
         self._road = road
@@ -72,6 +74,8 @@ class Bindings:
         self._easing = LateralEasing(engine, step_s)
         self._arrivals = ArrivalPositions(engine)
         self._frames = LaneFrames(road)
+        self._straddling = Straddling(road) if with_ghosts else None
+        self.ghosts = Ghosts(engine, road)
 
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in; SUMO drives it until the next step."""
@@ -81,12 +85,17 @@ class Bindings:
         """Leave a vehicle to SUMO's driver for good."""
         self._switch(vehicle_id, self.bound[vehicle_id], self._world_driver)
         del self.bound[vehicle_id]
+        self._forget_lanes(vehicle_id)
+
+    def _forget_lanes(self, vehicle_id: str) -> None:
         self._frames.forget(vehicle_id)
+        if self._straddling is not None:
+            self._straddling.forget(vehicle_id)
 
     def forget(self, vehicle_id: str) -> None:
         """Drop a vehicle that SUMO has no longer."""
         self.bound.pop(vehicle_id, None)
-        self._frames.forget(vehicle_id)
+        self._forget_lanes(vehicle_id)
         self._easing.end(vehicle_id)
 
     def take_notes(self) -> tuple[tuple[str, str], ...]:
@@ -113,6 +122,7 @@ class Bindings:
         along_m = in_lane.position_m - before.lane_position_m[rows]
         exact = is_exact(in_lane, along_m, at_rest=placement.speed_mps == 0.0) & leads_on
         inside = ~(np.abs(in_lane.body_lateral_m) > 0.5 * in_lane.width_m)
+        freely = np.zeros(len(rows), np.bool_)
         for number, vehicle_id in enumerate(placement.ids):
             binding = self.bound[vehicle_id]
             if rows[number] < 0:
@@ -136,6 +146,7 @@ class Bindings:
                     leads_on=bool(leads_on[number]),
                 )
             self._switch(vehicle_id, binding, coupling)
+            freely[number] = coupling is self._free
             coupling.write(
                 Target(
                     vehicle_id,
@@ -149,7 +160,32 @@ class Bindings:
                     bool(ends_route[number]),
                 )
             )
+        self._show_ghosts(placement, before, rows, in_lane, freely)
         self._easing.advance()
+
+    def _show_ghosts(
+        self,
+        placement: Placement,
+        before: Snapshot,
+        rows: IntColumn,
+        in_lane: InLane,
+        freely: BoolColumn,
+    ) -> None:
+        """Have ghosts where bodies reach into further lanes; SUMO's own driver sees to his lane changes."""
+        if self._straddling is None:
+            return
+        by_plant = placement.computer_steering.copy()
+        poses = [placement.front_x_m.copy(), placement.front_y_m.copy(), placement.heading_rad.copy()]
+        for number, name in enumerate(placement.ids):
+            if rows[number] >= 0 and self._easing.is_under_way(name):
+                by_plant[number] = True  # the driver's, but SUMO does not know of this way across the line
+                row, way_m = rows[number], before.speed_mps[rows[number]] * self._step_s
+                poses[0][number] = before.front_x_m[row] + way_m * np.cos(before.heading_rad[row])
+                poses[1][number] = before.front_y_m[row] + way_m * np.sin(before.heading_rad[row])
+                poses[2][number] = before.heading_rad[row]
+        shown = placement._replace(front_x_m=poses[0], front_y_m=poses[1], heading_rad=poses[2])
+        owners = Owners(by_plant, freely)
+        self.ghosts.show(self._straddling.reaches(shown, before, rows, in_lane, owners, self.ghosts.standing))
 
     @property
     def in_lane_frame(self) -> frozenset[str]:
@@ -214,22 +250,16 @@ class Bindings:
         binding.coupling = coupling
 
     def _in_lane(self, placement: Placement, before: Snapshot, rows: IntColumn) -> InLane:
-        """Return where the placed vehicles lie in their lanes.
-
-        Left out (0, no error) where nobody asks: whoever is placed freely anyway.
-        """
+        """Return where the placed vehicles lie in their lanes; 0 for whom SUMO has nowhere."""
         here = rows >= 0
         self._frames.follow(
             placement.ids, np.where(here, before.lane[rows], -1), np.where(here, before.next_lane[rows], -1)
         )
         columns = InLane(*(np.zeros(len(rows)) for _ in InLane._fields))
-        by_plant = placement.computer_speed & placement.computer_steering
-        freely = np.array([self.bound[name].kind is CouplingKind.FREE for name in placement.ids], np.bool_)
-        asked = np.flatnonzero(here & ~(by_plant & freely))
-        if len(asked):
-            found = self._frames.project(placement, before, rows[asked], asked)
-            for column, values in zip(columns, found, strict=True):
-                column[asked] = values
+        asked = np.flatnonzero(here)
+        found = self._frames.project(placement, before, rows[asked], asked)
+        for column, values in zip(columns, found, strict=True):
+            column[asked] = values
         return columns
 
     def _leads_on(self, placement: Placement, before: Snapshot, rows: IntColumn) -> BoolColumn:

@@ -209,6 +209,10 @@ class LateralEasing:
         """The computer takes the wheel, or the vehicle is gone."""
         self._offsets_m.pop(vehicle_id, None)
 
+    def is_under_way(self, vehicle_id: str) -> bool:
+        """Return whether a vehicle is not at the centre yet."""
+        return vehicle_id in self._offsets_m
+
     def advance(self) -> None:
         """Move every vehicle by one step's share towards the centre."""
         most_m = EASING_RATE_MPS * self.step_s

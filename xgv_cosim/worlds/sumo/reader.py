@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from xgv_cosim.snapshot import Collision, Snapshot
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
+from xgv_cosim.worlds.sumo.ghosts import is_ghost
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
     from xgv_cosim.columns import FloatColumn, IntColumn
     from xgv_cosim.worlds.sumo.engine import OpenSimulation
@@ -52,15 +54,26 @@ class SnapshotReader:
     _present: frozenset[str] = frozenset()
     """Who was there in the snapshot before."""
 
-    def read(self, bound_ids: Collection[str], notes: Sequence[tuple[str, str]] = ()) -> Snapshot:
-        """Return the present state; neighbours and next lanes for ``bound_ids`` only."""
+    def read(
+        self,
+        bound_ids: Collection[str],
+        notes: Sequence[tuple[str, str]] = (),
+        owner_of: Mapping[str, str] = MappingProxyType({}),
+    ) -> Snapshot:
+        """Return the present state without ghosts; neighbours and next lanes for ``bound_ids`` only.
+
+        Args:
+            bound_ids: Vehicles that are bound.
+            notes: What the snapshot has to tell.
+            owner_of: Ghost -> the vehicle that it stands for.
+        """
         engine = self.session.engine
         vehicle, simulation = engine.vehicle, engine.simulation
-        arrived: tuple[str, ...] = tuple(simulation.getArrivedIDList())
+        arrived: tuple[str, ...] = _vehicles(simulation.getArrivedIDList())
         for vehicle_id in arrived:
             self._bodies.pop(vehicle_id, None)
             self._next_lanes.pop(vehicle_id, None)
-        ids: tuple[str, ...] = tuple(vehicle.getIDList())
+        ids: tuple[str, ...] = _vehicles(vehicle.getIDList())
         # SUMO's own list of departures lacks who came with a loaded state or returns from a teleport
         departed = tuple(vehicle_id for vehicle_id in ids if vehicle_id not in self._present)
         self._present = frozenset(ids)
@@ -70,7 +83,9 @@ class SnapshotReader:
         number = self.road.index_of
         lane = np.array([number[vehicle.getLaneID(vehicle_id)] for vehicle_id in ids], np.int64)
         lane_position_m = np.array([vehicle.getLanePosition(vehicle_id) for vehicle_id in ids], np.float64)
-        neighbours = self._neighbours(index_of, lane, [name for name in bound_ids if name in index_of])
+        neighbours = self._neighbours(
+            index_of, lane, [name for name in bound_ids if name in index_of], owner_of
+        )
         return Snapshot(
             time_s=round(simulation.getTime() - self.session.begin_s, 3),  # SUMO counts milliseconds
             ids=ids,
@@ -94,10 +109,11 @@ class SnapshotReader:
             in_lane_frame=np.zeros(len(ids), np.bool_),
             departed=departed,
             arrived=arrived,
-            teleported=tuple(simulation.getStartingTeleportIDList()),
+            teleported=_vehicles(simulation.getStartingTeleportIDList()),
             collisions=tuple(
                 Collision(contact.collider, contact.victim, contact.type, contact.lane, contact.pos)
                 for contact in simulation.getCollisions()
+                if not (is_ghost(contact.collider) or is_ghost(contact.victim))
             ),
             notes=tuple(notes),
         )
@@ -115,7 +131,13 @@ class SnapshotReader:
             )
         return body
 
-    def _neighbours(self, index_of: dict[str, int], lane: IntColumn, bound_ids: Sequence[str]) -> Neighbours:
+    def _neighbours(
+        self,
+        index_of: dict[str, int],
+        lane: IntColumn,
+        bound_ids: Sequence[str],
+        owner_of: Mapping[str, str],
+    ) -> Neighbours:
         """Return the columns that are filled for bound vehicles only."""
         vehicle = self.session.engine.vehicle
         next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
@@ -127,13 +149,16 @@ class SnapshotReader:
                 (vehicle.getLeader(vehicle_id, SIGHT_M), leader, leader_gap_m),
                 (vehicle.getFollower(vehicle_id, SIGHT_M), follower, follower_gap_m),
             ):
-                if not found or found[0] not in index_of:
+                if not found:
                     continue
-                # SUMO subtracts the minimum gap that the one behind keeps.
-                behind = vehicle_id if index is leader else found[0]
+                name = owner_of.get(found[0], found[0])
+                if name not in index_of or name == vehicle_id:
+                    continue
+                # SUMO subtracts the minimum gap that the one behind keeps; a ghost keeps its owner's.
+                behind = vehicle_id if index is leader else name
                 bumper_gap_m = found[1] + self.body(behind).min_gap_m
                 if bumper_gap_m <= SIGHT_M:
-                    index[row], gap_m[row] = index_of[found[0]], bumper_gap_m
+                    index[row], gap_m[row] = index_of[name], bumper_gap_m
         return Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
 
     def _next_lane(self, vehicle_id: str, lane: int) -> int:
@@ -146,3 +171,8 @@ class SnapshotReader:
             following = route[index + 1] if index + 1 < len(route) else ""
             known = self._next_lanes[vehicle_id] = (lane, self.road.next_lane(lane, following))
         return known[1]
+
+
+def _vehicles(ids: Iterable[str]) -> tuple[str, ...]:
+    """Return the ids without those of ghosts."""
+    return tuple(vehicle_id for vehicle_id in ids if not is_ghost(vehicle_id))

@@ -136,6 +136,40 @@ class SumoRoad:
         """Return the lane that leads from ``lane`` to the edge, -1 if none does."""
         return next((index for edge, index in self.successors[lane] if edge == edge_id), -1)
 
+    @cached_property
+    def _beside(self) -> dict[tuple[str, int], int]:
+        """(edge, place from the right) -> lane, of all edges between junctions."""
+        return {
+            (edge_id, int(lane_id.rpartition("_")[2])): number
+            for number, (lane_id, edge_id) in enumerate(zip(self.lane_ids, self.edge_ids, strict=True))
+            if not lane_id.startswith(":")
+        }
+
+    def beside(self, lane: int, side: int) -> int:
+        """Return the lane of the same edge to the left (1) or right (-1), -1: none, or inside a junction."""
+        place = int(self.lane_ids[lane].rpartition("_")[2])
+        return self._beside.get((self.edge_ids[lane], place + side), -1)
+
+    def project(self, lane: int, x_m: FloatColumn, y_m: FloatColumn) -> tuple[FloatColumn, FloatColumn]:
+        """Return (position, offset to the left) of points at the nearest place of one lane's centre line.
+
+        Before its beginning and past its end the line goes straight on.
+        """
+        shape = self.shapes[lane]
+        steps = np.diff(shape, axis=0)
+        lengths_m = np.hypot(*steps.T)
+        units = steps / lengths_m[:, None]
+        off = np.stack([x_m, y_m], axis=1)[:, None, :] - shape[None, :-1, :]
+        least_m, most_m = np.zeros(len(lengths_m)), lengths_m.copy()
+        least_m[0], most_m[-1] = -np.inf, np.inf
+        along_m = np.clip((off * units).sum(axis=2), least_m, most_m)
+        away_m = np.hypot(*np.moveaxis(off - along_m[..., None] * units, 2, 0))
+        nearest, points = away_m.argmin(axis=1), np.arange(len(x_m))
+        starts_m = np.concatenate([[0.0], np.cumsum(lengths_m)[:-1]])
+        side = units[nearest, 0] * off[points, nearest, 1] - units[nearest, 1] * off[points, nearest, 0]
+        position_m = (starts_m[nearest] + along_m[points, nearest]) / self._scale[lane]
+        return position_m, np.copysign(away_m[points, nearest], side)
+
     def only_successor(self, lane: int) -> int:
         """Return where a lane goes on when it has only one way to, else -1."""
         return int(self._only_successor[lane])

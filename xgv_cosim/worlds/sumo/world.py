@@ -30,18 +30,28 @@ class SumoWorld:
     Args:
         open_simulation: Opens the simulation, or takes hold of one that is open.
         step_s: Step length; SUMO counts whole milliseconds.
+        with_ghosts: Let SUMO's drivers see bodies in every lane that they reach into, see ``ghosts``.
     """
 
-    def __init__(self, open_simulation: Callable[[], OpenSimulation], step_s: float) -> None:
+    def __init__(
+        self, open_simulation: Callable[[], OpenSimulation], step_s: float, *, with_ghosts: bool = True
+    ) -> None:
         self._open_simulation = open_simulation
         self._step_s = step_s
+        self._with_ghosts = with_ghosts
         self._session: OpenSimulation | None = None
         self._messages: tuple[str, ...] = ()
         self._surroundings: SurroundingsReader | None = None
 
     @classmethod
     def headless(
-        cls, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = ()
+        cls,
+        config_file: Path,
+        *,
+        step_s: float,
+        seed: int,
+        options: tuple[str, ...] = (),
+        with_ghosts: bool = True,
     ) -> SumoWorld:
         """Return a world that runs in this process, without a window.
 
@@ -51,8 +61,10 @@ class SumoWorld:
             seed: Seed of SUMO's random numbers; the same seed gives the same traffic, bit by bit.
             options: Further SUMO command-line options; they win over those chosen here. Relative names of
                 input files lie below the folder of the configuration.
+            with_ghosts: See the class.
         """
-        return cls(partial(Session, config_file, step_s=step_s, seed=seed, options=options), step_s)
+        opener = partial(Session, config_file, step_s=step_s, seed=seed, options=options)
+        return cls(opener, step_s, with_ghosts=with_ghosts)
 
     @property
     def road(self) -> SumoRoad:
@@ -81,7 +93,7 @@ class SumoWorld:
         session = self._session = self._open_simulation()
         with session.failures():
             self._road = SumoRoad.read(session.engine)
-            self._bindings = Bindings(session.engine, self._road, self._step_s)
+            self._bindings = Bindings(session.engine, self._road, self._step_s, with_ghosts=self._with_ghosts)
             self._reader = SnapshotReader(session, self._road)
             self._snapshot = self._reader.read(())
         self._surroundings = None
@@ -154,7 +166,10 @@ class SumoWorld:
             self._bindings.write(placement, self._snapshot)
         session.step()
         with session.failures():
-            snapshot = self._reader.read(self._bindings.bound, self._bindings.take_notes())
+            self._bindings.ghosts.drop_lost()
+            snapshot = self._reader.read(
+                self._bindings.bound, self._bindings.take_notes(), self._bindings.ghosts.owner_of
+            )
             self._snapshot = as_placed(
                 session.engine,
                 snapshot,

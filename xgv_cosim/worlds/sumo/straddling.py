@@ -1,0 +1,157 @@
+"""Which lanes a body reaches into beside the one that SUMO has it on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
+    from xgv_cosim.snapshot import Snapshot
+    from xgv_cosim.worlds.base import Placement
+    from xgv_cosim.worlds.sumo.lane_frame import InLane
+    from xgv_cosim.worlds.sumo.road import SumoRoad
+
+APPEARS_M = 0.05
+"""A body counts as in a lane when it reaches further than this beyond the line ..."""
+STAYS_M = 0.0
+"""... and goes on doing so as long as it reaches over the line at all."""
+
+
+class Reach(NamedTuple):
+    """A body in a lane that SUMO does not have it on."""
+
+    owner: str
+    lane: int
+    front_m: float
+    """Its foremost point, from the beginning of that lane."""
+    speed_mps: float
+
+
+class _Body(NamedTuple):
+    name: str
+    points_m: FloatColumn
+    """Its corners and the centre of its front bumper, shape ``(5, 2)``."""
+    width_m: float
+
+
+_FRONT = 4
+"""Place of the front bumper's centre among the points."""
+
+
+class Owners(NamedTuple):
+    """Who decides on the place across the lane, columns over the placed vehicles."""
+
+    by_plant: BoolColumn
+    """Not SUMO's driver, whose lane changes SUMO sees to itself."""
+    freely: BoolColumn
+    """Placed freely: SUMO takes the vehicle to the lane that its front is in."""
+
+
+@dataclass(slots=True)
+class Straddling:
+    """Finds the lanes of an edge that bodies reach into; remembers the last lane of who is off the road."""
+
+    road: SumoRoad
+    _last_lane: dict[str, int] = field(default_factory=dict)
+
+    def forget(self, vehicle_id: str) -> None:
+        """Drop a vehicle."""
+        self._last_lane.pop(vehicle_id, None)
+
+    def reaches(
+        self,
+        placement: Placement,
+        before: Snapshot,
+        rows: IntColumn,
+        in_lane: InLane,
+        owners: Owners,
+        standing: Collection[tuple[str, int]],
+    ) -> list[Reach]:
+        """Return who reaches where at the end of the step.
+
+        Args:
+            placement: Where the plant puts the vehicles.
+            before: The world before the step.
+            rows: Rows of the placed vehicles in ``before``, -1 where SUMO has them nowhere.
+            in_lane: The placed vehicles in the frames of their lanes.
+            owners: Who decides on their place across the lane.
+            standing: (owner, lane) of what was found in the step before.
+        """
+        here = np.flatnonzero((rows >= 0) & owners.by_plant)
+        lane = np.where(rows >= 0, before.lane[rows], -1)
+        length_m, width_m = before.length_m[rows], before.width_m[rows]
+        swing_m = np.abs(in_lane.lateral_m - in_lane.body_lateral_m)  # half the length by the sine of the yaw
+        reach_m = np.abs(in_lane.body_lateral_m) + swing_m + 0.5 * width_m
+        found = []
+        for number in here[(lane[here] < 0) | (reach_m[here] > 0.5 * in_lane.width_m[here])].tolist():
+            name, now = placement.ids[number], int(lane[number])
+            one = np.array([number])
+            front_x_m, front_y_m = placement.front_x_m[one], placement.front_y_m[one]
+            corners = corners_m(front_x_m, front_y_m, placement.heading_rad[one], length_m[one], width_m[one])
+            points_m = np.vstack([corners[0], np.column_stack([front_x_m, front_y_m])])
+            body = _Body(name, points_m, float(width_m[number]))
+            around = now if now >= 0 else self._last_lane.get(name, -1)
+            own = now if now >= 0 and not owners.freely[number] else None
+            speed_mps = float(placement.speed_mps[number])
+            found += [
+                Reach(name, reached, front_m, speed_mps)
+                for reached, front_m in self._reached(body, around, own, standing)
+            ]
+        self._last_lane.update(
+            (placement.ids[number], int(lane[number])) for number in here if lane[number] >= 0
+        )
+        return found
+
+    def _reached(
+        self, body: _Body, around: int, own: int | None, standing: Collection[tuple[str, int]]
+    ) -> list[tuple[int, float]]:
+        """Return (lane, foremost point) of the lanes that a body reaches into but SUMO does not have it on.
+
+        Args:
+            body: Where the body is.
+            around: A lane near it, -1: none is known.
+            own: The lane on which SUMO will have it, None: the one that its front is in, if any.
+            standing: (owner, lane) of what was found in the step before.
+        """
+        if around < 0:
+            return []
+        reached: dict[int, float] = {}
+        front_m: dict[int, float] = {}
+        for side in (0, 1, -1):
+            lane = around if side == 0 else self.road.beside(around, side)
+            while lane >= 0:
+                along_m, lateral_m = self.road.project(lane, body.points_m[:, 0], body.points_m[:, 1])
+                half_m = 0.5 * float(self.road.widths_m[lane])
+                front_m[lane] = abs(float(lateral_m[_FRONT])) - half_m
+                least_m = STAYS_M if (body.name, lane) in standing else APPEARS_M
+                inside = lateral_m.min() < half_m - least_m and lateral_m.max() > least_m - half_m
+                if inside and 0.0 < along_m.max() < self.road.lengths_m[lane]:
+                    reached[lane] = float(along_m.max())
+                if side == 0 or not inside:
+                    break
+                lane = self.road.beside(lane, side)
+        if own is None:
+            nearest = min(front_m, key=lambda number: front_m[number])
+            own = nearest if front_m[nearest] < 0.5 * body.width_m else -1  # SUMO's rule for "off the road"
+        return [(lane, at_m) for lane, at_m in reached.items() if lane != own]
+
+
+def corners_m(
+    front_x_m: FloatColumn,
+    front_y_m: FloatColumn,
+    heading_rad: FloatColumn,
+    length_m: FloatColumn,
+    width_m: FloatColumn,
+) -> FloatColumn:
+    """Return the corners of bodies, shape ``(n, 4, 2)``: front left, front right, rear right, rear left."""
+    forward = np.column_stack([np.cos(heading_rad), np.sin(heading_rad)])
+    left = np.column_stack([-forward[:, 1], forward[:, 0]]) * (0.5 * width_m)[:, None]
+    front = np.column_stack([front_x_m, front_y_m])
+    rear = front - forward * length_m[:, None]
+    corners: FloatColumn = np.stack([front + left, front - left, rear - left, rear + left], axis=1)
+    return corners
