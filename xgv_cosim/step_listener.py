@@ -25,7 +25,7 @@ from xgv_cosim.observation import Stack
 from xgv_cosim.recording import Recorder
 from xgv_cosim.scenario.script_rows import bind_row, injection_row, script_scenario
 from xgv_cosim.scenario.script_rules import ScriptRules, StackMaker
-from xgv_cosim.simulation import Binding, Observer, Simulation, VehicleHandle, lifecycle
+from xgv_cosim.simulation import Binding, Observer, Simulation, VehicleHandle, lifecycle, triggers
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.worlds.sumo.attached import AttachedSimulation, seed_of, step_length_s
 from xgv_cosim.worlds.sumo.attaching import hold_of
@@ -107,6 +107,9 @@ class Plugin:
     ) -> None:
         """Bind vehicles: those that drive already from the next step on, the others as they depart.
 
+        For a vehicle that several calls mean, the first one counts, as in a scenario; after ``release`` it is
+        the one that names it again.
+
         Args:
             vehicles: An id or pattern (``xgv_*``), or several of them.
             type: Instead: SUMO's vehicle type, or a pattern.
@@ -121,8 +124,9 @@ class Plugin:
         """
         query = {"type": type, "share": share, "seed": seed}
         name = stack if isinstance(stack, str) else "none"
-        self._rules.bind(bind_row(vehicles, query, {"stack": name, **row}), stack)
-        self._released -= {vehicles} if isinstance(vehicles, str) else set(vehicles or ())
+        again = self._released & ({vehicles} if isinstance(vehicles, str) else set(vehicles or ()))
+        self._rules.bind(bind_row(vehicles, query, {"stack": name, **row}), stack, again)
+        self._released -= again
         self._asks_for_present = True
 
     def inject(
@@ -147,14 +151,14 @@ class Plugin:
             ScenarioError: A key is unknown or a value wrong, or the time is past.
         """
         section = injection_row(vehicles, {"type": type, "share": share, "seed": seed}, row)
-        if self._simulation is not None and section.at_s < self.now_s:
+        if self._simulation is not None and section.begin_s < self.now_s and section.when is None:
             raise ScenarioError(
-                f"inject: at_s {section.at_s:g} is past, it is {self.now_s:g} s; give a later time, or use "
-                "vehicle(id).inject(kind), which acts with the next step"
+                f"inject: at_s {section.begin_s:g} is past, it is {self.now_s:g} s; give a later time, or "
+                "use vehicle(id).inject(kind), which acts with the next step"
             )
         injection = self._rules.inject(section)
         if self._simulation is not None:
-            self._simulation.state.devices.add(injection)
+            triggers.schedule(self._simulation.state, injection)
 
     def release(self, vehicle_id: str) -> None:
         """Give a bound vehicle back to SUMO's driver; it stays SUMO's until ``bind`` names it again.
@@ -164,9 +168,8 @@ class Plugin:
         """
         if self._simulation is None:
             raise UnknownVehicleError(vehicle_id, ())
-        state, world = self._simulation.state, self._simulation.world
-        lifecycle.release(state, vehicle_id, "released by the script")
-        world.release(vehicle_id)
+        self._simulation.release(vehicle_id)
+        self._hold.settle()
         self._released.add(vehicle_id)
 
     @property
@@ -225,11 +228,17 @@ class Plugin:
 
     def detach(self) -> None:
         """Give all vehicles back to SUMO's driver and let go of the script, which can go on."""
-        if self._hold.engine is not None:
-            for vehicle_id in self.vehicle_ids:
-                self.release(vehicle_id)
-        self.user_ends()
-        self._hold.let_go()
+        self._detach(quietly=False)
+
+    def _detach(self, *, quietly: bool) -> None:
+        try:
+            if self._simulation is not None and self._hold.engine is not None:
+                for vehicle_id in self.vehicle_ids:
+                    self._simulation.world.release(vehicle_id)
+                self._hold.settle()
+            self._end("the plugin was detached", quietly=quietly)
+        finally:
+            self._hold.let_go()
 
     def __enter__(self) -> Self:
         return self
@@ -237,11 +246,15 @@ class Plugin:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.detach()
+        self._detach(quietly=error is not None)
 
     def user_steps(self) -> None:
         """Make SUMO's next step, which the script asks for."""
         simulation = self._opened()
+        if simulation.is_over:
+            raise WorldError(
+                "an earlier step of the plugin failed; detach() it, or close SUMO and start it again"
+            )
         if self._asks_for_present:
             self._asks_for_present = False
             self._bind_present(simulation)
@@ -255,17 +268,21 @@ class Plugin:
 
     def user_ends(self) -> None:
         """Forget the simulation that the script ends; what was asked for holds for the next one too."""
+        self._end("the script has ended the simulation", quietly=False)
+
+    def _end(self, why: str, *, quietly: bool) -> None:
         simulation, self._simulation = self._simulation, None
         if simulation is None:
             return
-        for vehicle_id in simulation.vehicle_ids:
-            lifecycle.release(simulation.state, vehicle_id, "the script has ended the simulation")
+        for vehicle_id in [vehicle.vehicle_id for vehicle in simulation.state.vehicles]:
+            lifecycle.release(simulation.state, vehicle_id, why)
         simulation.close()
         self._released.clear()
         if self._recorder is not None:
             self._recorder.close()
             self._recorder = None
-        self._warn(self._rules.unmatched(), UserWarning)
+        if not quietly:
+            self._warn(self._rules.unmatched(), UserWarning)
 
     def _opened(self) -> Simulation:
         """Return the simulation, made around the script's if there is none yet."""
@@ -287,6 +304,7 @@ class Plugin:
             if self._recorder:
                 self._recorder.use_road(simulation.world.road)
             self._simulation = simulation
+            self._hold.settle()
             self._warn(simulation.world.messages, SumoOptionsWarning)
         return self._simulation
 
@@ -299,9 +317,13 @@ class Plugin:
         for vehicle_id, type_id in zip(snapshot.ids, snapshot.type_ids, strict=True):
             if vehicle_id in simulation.state.vehicles:
                 continue
-            binding = self._selected(vehicle_id, type_id)
-            if binding is not None:
-                lifecycle.bind(simulation.state, simulation.world, snapshot, vehicle_id, binding)
+            binding, tick = self._selected(vehicle_id, type_id), simulation.state.clock.tick
+            if binding is None or (binding.until_tick is not None and binding.until_tick <= tick):
+                continue
+            if binding.from_tick > tick:
+                self._asks_for_present = True  # again before the next step
+            else:
+                simulation.bind_vehicle(vehicle_id, binding)
 
     def _warn(self, texts: Sequence[str], category: type[Warning]) -> None:
         """Warn at the line of the script that has led here, of each thing once."""

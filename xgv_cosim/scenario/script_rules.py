@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from jaus.address import JausAddress
@@ -42,20 +42,29 @@ class ScriptRules:
         self._profile = profile_of(settings)
         self._bind: list[_BindRule] = []
         self._injections: list[InjectionSection] = []
+        self._again: dict[str, _BindRule] = {}
+        """The rows that have bound vehicles anew, after their release."""
 
     @property
     def safety_mode_name(self) -> Callable[[int], str]:
         """Return the profile's names of safety modes."""
         return self._profile.safety_mode_name
 
-    def bind(self, section: BindSection, stack: str | Stack | StackMaker) -> None:
+    def bind(self, section: BindSection, stack: str | Stack | StackMaker, again: Iterable[str] = ()) -> None:
         """Add a row of ``bind``; ``stack`` wins over the row's own unless it is a name.
+
+        Args:
+            section: The row.
+            stack: Name, object, class or function, see ``maker_of``.
+            again: Vehicles of it that were released: for them it counts before rows that came first.
 
         Raises:
             ScenarioError: The stack is neither a name, nor has ``act``, nor can be called.
         """
         maker = None if isinstance(stack, str) else maker_of(stack)
-        self._bind.append(_BindRule(section, maker, self._ready(section, maker)))
+        rule = _BindRule(section, maker, self._ready(section, maker))
+        self._bind.append(rule)
+        self._again.update(dict.fromkeys(again, rule))
 
     def inject(self, section: InjectionSection) -> Injection:
         """Add a row of ``injections`` and return it made ready."""
@@ -65,6 +74,7 @@ class ScriptRules:
     def begin(self, seed: int) -> list[Injection]:
         """Make everything ready for a new simulation with this seed; return its injections."""
         self._seed = seed
+        self._again.clear()
         self._profile = profile_of(self._settings.model_copy(update={"seed": seed}))
         for rule in self._bind:
             rule.binding, rule.has_bound = self._ready(rule.section, rule.maker), False
@@ -72,7 +82,7 @@ class ScriptRules:
 
     def select(self, vehicle_id: str, type_id: str) -> Binding | None:
         """Return how a vehicle is bound by the first row that means it, None: not at all."""
-        for rule in self._bind:
+        for rule in (self._again[vehicle_id],) if vehicle_id in self._again else self._bind:
             if matches(rule.section.vehicles, vehicle_id, type_id, self._seed):
                 rule.has_bound = True
                 return rule.binding

@@ -83,6 +83,11 @@ class Simulation:
         """Ids of the vehicles bound now, in slot order."""
         return self.fleet.bound_ids
 
+    @property
+    def is_over(self) -> bool:
+        """Return whether a step has failed, so that there can be no further one."""
+        return self._broken
+
     def vehicle(self, vehicle_id: str) -> VehicleHandle:
         """Return the handle of a bound vehicle.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.errors import WorldConfigurationError, WorldError
+from xgv_cosim.worlds.sumo.engine import OverSocket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -126,22 +127,33 @@ class AttachedSimulation:
         self.messages = unsuitable_options(engine)
         self._hold = hold
         self._errors = errors_of(engine)
+        self._over_socket = engine if isinstance(engine, OverSocket) else None
+        if self._over_socket:
+            self._over_socket.remember()
 
     def step(self) -> None:
-        """Advance SUMO by one step; what SUMO raises is raised as it is, for the script to see."""
+        """Advance SUMO by one step; what SUMO raises in it is raised as it is, for the script to see."""
+        if self._over_socket:
+            with self.failures():
+                self._over_socket.send()
         self._hold.step_once()
+        if self._over_socket:
+            with self.failures():
+                self._over_socket.look_ahead()
 
     @contextmanager
     def failures(self) -> Iterator[None]:
         """Make SUMO's errors the errors of a world.
 
         Raises:
-            WorldError: SUMO refused what the plugin asked of it.
+            WorldError: SUMO refused what the plugin asked of it. That SUMO is gone is told by its own error.
         """
         try:
             yield
         except self._errors as error:
             self.is_open = False
+            if self._hold.engine is None:
+                raise
             raise WorldError(f"SUMO failed under the attached plugin: {error}") from error
 
     def close(self) -> None:

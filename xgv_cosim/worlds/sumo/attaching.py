@@ -31,6 +31,11 @@ def hold_of(given: object, holder: Holder) -> Hold:
                 "libsumo runs a simulation of xgv_cosim in this process, none of a script; close it first"
             )
         return LibsumoHold(given, holder)
+    speaks_traci = isinstance(given, ModuleType) and hasattr(given, "connection")
+    if speaks_traci or (hasattr(given, "simulationStep") and hasattr(given, "getLabel")):
+        from xgv_cosim.worlds.sumo.socket_hold import SocketHold  # noqa: PLC0415 - traci only where it is used
+
+        return SocketHold(given, holder)
     raise WorldError(
         f"attach: got {given!r}, expected the module traci or libsumo, or a connection "
         "(traci.getConnection(label))"

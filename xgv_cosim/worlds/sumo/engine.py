@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 
 class Engine(Protocol):
@@ -18,6 +18,27 @@ class Engine(Protocol):
     lane: Any
     route: Any
     trafficlight: Any
+
+
+@runtime_checkable
+class OverSocket(Protocol):
+    """An engine that keeps commands and answers, see ``socket_engine``."""
+
+    def send(self) -> None:
+        """Send the commands that are kept."""
+        ...
+
+    def look_ahead(self) -> None:
+        """Ask again what was asked after the last step; SUMO has just made another."""
+        ...
+
+    def remember(self) -> None:
+        """Trust answers from now on."""
+        ...
+
+    def forget(self) -> None:
+        """Trust no answer from now on."""
+        ...
 
 
 class OpenSimulation(Protocol):

@@ -43,6 +43,10 @@ class Hold(Protocol):
         """Make one step as SUMO makes it; its errors are the script's own."""
         ...
 
+    def settle(self) -> None:
+        """Let SUMO have all that it was told: the script may ask and command it from now on."""
+        ...
+
     def let_go(self) -> None:
         """Give everything back as it was."""
         ...
@@ -75,14 +79,15 @@ class Patches:
         self._made.clear()
 
 
-def steps_up_to(time_s: float, now_s: Callable[[], float], step: Callable[[], None]) -> None:
-    """Step as SUMO does for ``simulationStep(time_s)``: once for 0, else until the time has come."""
+def num_steps_to(time_s: float, engine: Engine) -> int:
+    """Return how many steps SUMO makes for ``simulationStep(time_s)``: one for 0, else until it has come."""
     target_ms = round(time_s * 1000.0)
     if target_ms == 0:
-        step()
-        return
-    while round(now_s() * 1000.0) < target_ms:
-        step()
+        return 1
+    now_ms = round(engine.simulation.getTime() * 1000.0)
+    step_ms = round(engine.simulation.getDeltaT() * 1000.0)
+    num_steps: int = -((now_ms - target_ms) // step_ms)
+    return max(0, num_steps)
 
 
 class LibsumoHold:
@@ -131,6 +136,9 @@ class LibsumoHold:
         finally:
             self._stepping = False
 
+    def settle(self) -> None:
+        """Do nothing: libsumo has it already."""
+
     def let_go(self) -> None:
         """Put libsumo's functions back; a script that kept a wrapper finds that it only passes on."""
         if LibsumoHold.held_by is self:
@@ -141,10 +149,12 @@ class LibsumoHold:
         self._original = original
 
         def step(time: float = 0.0) -> None:
-            if self._stepping or LibsumoHold.held_by is not self or not self._libsumo.isLoaded():
+            is_ours = LibsumoHold.held_by is self and not self._stepping and self._libsumo.isLoaded()
+            num_steps = num_steps_to(time, self._libsumo) if is_ours else 0
+            if not num_steps:
                 original(time)
-            else:
-                steps_up_to(time, self._libsumo.simulation.getTime, self._holder.user_steps)
+            for _ in range(num_steps):
+                self._holder.user_steps()
 
         return step
 

@@ -306,7 +306,7 @@ class SurroundingsReader:
         if line_m < sight_m:
             foes = tuple(
                 foe
-                for row in self.engine.vehicle.getJunctionFoes(vehicle_id, sight_m + 1.0)
+                for row in self.engine.vehicle.getJunctionFoes(vehicle_id, _rounded_up_m(sight_m + 1.0))
                 if (foe := self._foe(row, line, snapshot, states)) is not None
             )
         return Junction(line_m, line.exit_m - here_m, _RIGHT_OF_WAY.get(letter, "major"), foes)
@@ -429,3 +429,11 @@ class _Ways:
     def first_left_m(self, position_m: FloatColumn) -> _LeftM:
         """Return how far the ends are from positions on the first lanes."""
         return _LeftM(self.end_m - position_m, self.route_end_m - position_m)
+
+
+def _rounded_up_m(distance_m: float) -> float:
+    """Return a distance that stays the same for a while, so that the same is asked step after step.
+
+    Over a socket, what was asked before comes in one message with all the rest (``socket_engine``).
+    """
+    return 40.0 * math.ceil(distance_m / 40.0)

@@ -1,0 +1,184 @@
+"""A script that speaks to SUMO through traci, over a socket."""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from xgv_cosim.errors import WorldError
+from xgv_cosim.worlds.sumo.holding import Patches, num_steps_to
+from xgv_cosim.worlds.sumo.socket_engine import SocketEngine
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from xgv_cosim.worlds.sumo.holding import Holder
+
+
+class SocketHold:
+    """The hold on one connection of a script, and on the one that it opens in its place.
+
+    Args:
+        given: The module ``traci``, or one of its connections. Of the module, the connection that is current
+            when it is needed first, and each later one that steps while none is held. Of a connection, it
+            and each later one with its label.
+        holder: Who is told.
+
+    Raises:
+        WorldError: The module or connection is held already.
+    """
+
+    everybody: ClassVar[list[SocketHold]] = []
+
+    def __init__(self, given: Any, holder: Holder) -> None:  # noqa: ANN401 - traci carries no types
+        self._holder = holder
+        self._home: Any = given if isinstance(given, ModuleType) else sys.modules[type(given).__module__]
+        self._home = self._home.connection if isinstance(given, ModuleType) else self._home
+        self._label: str | None = None if isinstance(given, ModuleType) else given.getLabel()
+        self._follows_all = isinstance(given, ModuleType)
+        self._connection: Any = None
+        self._engine: SocketEngine | None = None
+        self._answers: list[Any] = []
+        self._is_stepping = False
+        if self._follows_all and any(other._follows_all for other in self.everybody):
+            raise WorldError("traci is attached already; use that plugin, or detach() it first")
+        self._original: Callable[..., Any]
+        if self._follows_all:
+            self._take_current()
+        else:
+            self._take(given)
+        self._patches = Patches()
+        self._patches.wrap(self._home.Connection, "simulationStep", self._step_wrapper)
+        for name in ("load", "close"):
+            self._patches.wrap(self._home.Connection, name, self._end_wrapper)
+        domain = sys.modules["traci._simulation"].SimulationDomain
+        self._patches.wrap(domain, "loadState", self._load_state_wrapper)
+        self.everybody.append(self)
+
+    @property
+    def engine(self) -> SocketEngine | None:
+        """Return the interface to the connection that is held, None while none is open."""
+        if self._connection is None and self._follows_all:
+            self._take_current()
+        if self._connection is None or self._connection._socket is None:
+            return None
+        if self._engine is None:
+            self._engine = SocketEngine(self._connection)
+        return self._engine
+
+    def step_once(self) -> None:
+        """Make one step; the script's listeners are called after all steps of its call."""
+        self._is_stepping = True
+        try:
+            self._answers = self._original(self._connection, 0.0)
+        finally:
+            self._is_stepping = False
+
+    def settle(self) -> None:
+        """Send what is kept, and trust no answer from now on."""
+        if self._engine is not None:
+            self._engine.send()
+            self._engine.forget()
+
+    def let_go(self) -> None:
+        """Put traci back; a script that kept a wrapper finds that it only passes on."""
+        if self in self.everybody:
+            self.everybody.remove(self)
+            self._drop()
+            self._patches.undo()
+
+    def _take_current(self) -> None:
+        if self._home.has("") and not self._is_taken(self._home.check()):
+            self._take(self._home.check())
+
+    def _is_taken(self, connection: object) -> bool:
+        """Return whether somebody else holds a connection, or waits for one with its label."""
+        return any(
+            other is not self and (other._connection is connection or other._awaits(connection))
+            for other in self.everybody
+        )
+
+    def _awaits(self, connection: Any) -> bool:  # noqa: ANN401
+        return self._label is not None and connection._label == self._label
+
+    def _take(self, connection: Any) -> None:  # noqa: ANN401
+        if self._is_taken(connection):
+            raise WorldError("this connection is attached already; use that plugin, or detach() it first")
+        self._connection = connection
+
+        def only_in_our_steps(_step: float = 0.0) -> None:
+            """Stand in for the script's step listeners, who are called when all steps of a call are made."""
+            if not self._is_stepping:
+                raise WorldError(
+                    "the script has stepped SUMO past the plugin, by a simulationStep that it kept from "
+                    "before attach(); let it call traci.simulationStep, or take the method anew"
+                )
+
+        connection.manageStepListeners = only_in_our_steps
+
+    def _drop(self) -> None:
+        if self._connection is not None:
+            del self._connection.manageStepListeners  # of the object; that of its class is traci's
+        self._connection = self._engine = None
+
+    def _holds(self, connection: Any) -> bool:  # noqa: ANN401
+        """Return whether a connection that steps is ours, and take it if it takes the place of ours."""
+        if self not in self.everybody or self._connection is not None:
+            return self in self.everybody and connection is self._connection
+        if self._awaits(connection) or (self._follows_all and not self._is_taken(connection)):
+            self._take(connection)
+        return connection is self._connection
+
+    def _step_wrapper(self, original: Callable[..., Any]) -> Callable[..., Any]:
+        self._original = original
+
+        def simulation_step(connection: Any, step: float = 0.0) -> Any:  # noqa: ANN401 - traci carries no types
+            engine = self.engine if not self._is_stepping and self._holds(connection) else None
+            num_steps = num_steps_to(step, engine) if engine else 0
+            if engine is None or not num_steps:
+                return self._pass_on(connection, original, step)
+            engine.remember()
+            try:
+                for _ in range(num_steps):
+                    self._holder.user_steps()
+                self.settle()
+            finally:
+                if self._engine is not None:
+                    self._engine.forget()
+            type(connection).manageStepListeners(connection, step)
+            return self._answers
+
+        return simulation_step
+
+    def _pass_on(self, connection: Any, original: Callable[..., Any], step: float) -> Any:  # noqa: ANN401
+        """Step a connection that is not ours, or ours where SUMO makes no step."""
+        if connection is not self._connection or self._is_stepping:
+            return original(connection, step)
+        self._is_stepping = True
+        try:
+            answers = original(connection, step)
+        finally:
+            self._is_stepping = False
+        type(connection).manageStepListeners(connection, step)
+        return answers
+
+    def _end_wrapper(self, original: Callable[..., Any]) -> Callable[..., Any]:
+        def end(connection: Any, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+            if connection is self._connection:
+                self._holder.user_ends()
+                self._engine = None
+                if original.__name__ == "close":
+                    self._drop()
+            return original(connection, *args, **kwargs)
+
+        return end
+
+    def _load_state_wrapper(self, original: Callable[..., Any]) -> Callable[..., Any]:
+        def load_state(domain: Any, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+            if self._connection is not None and domain._connection is self._connection:
+                self._holder.user_ends()
+                self._engine = None
+            return original(domain, *args, **kwargs)
+
+        return load_state
