@@ -87,6 +87,8 @@ class Observation:
     """Width of the lane."""
     lateral_m: float = 0.0
     """Front bumper from the lane's centre line, positive left."""
+    curvature_ahead: tuple[tuple[float, float], ...] = ()
+    """(distance from the front bumper, curvature of the way there, positive to the left)."""
     limits_ahead: tuple[tuple[float, float], ...] = ()
     """(distance from the front bumper, limit from there on) of each change of the limit ahead."""
     lane_changes: int = 0

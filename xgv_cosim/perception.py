@@ -10,12 +10,12 @@ import numpy as np
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
-from xgv_cosim.columns import FloatMatrix, IntColumn
+from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
 from xgv_cosim.fleet import Motion
 from xgv_cosim.observation import DeviceReading, LaneBeside, Observation
 from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Snapshot
-from xgv_cosim.surroundings import Beside, Surroundings
+from xgv_cosim.surroundings import PREVIEW_M, Beside, Surroundings
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,45 @@ def lane_ahead(surroundings: Surroundings, motion: Motion, slots: IntColumn) -> 
     cosine = np.cos(motion.heading_rad[slots])[:, None]
     sine = np.sin(motion.heading_rad[slots])[:, None]
     return np.stack([cosine * east + sine * north, cosine * north - sine * east], axis=-1)
+
+
+DISTANCES_M = tuple(PREVIEW_M.tolist())
+CHORDS_M = (4.0, 8.0, 16.0, 32.0)
+"""Lengths over which the curvature of the way is judged."""
+CUT_M = 0.4
+"""So far a car may cut a kink of the drawn line: the longest chord that cuts no more counts."""
+
+
+def _at(distance_m: FloatColumn) -> FloatMatrix:
+    """Return weights that give a way's point at distances from its points at ``PREVIEW_M``."""
+    weights = np.zeros((PREVIEW_M.size, distance_m.size))
+    after = np.clip(np.searchsorted(PREVIEW_M, distance_m), 1, PREVIEW_M.size - 1)
+    share = (distance_m - PREVIEW_M[after - 1]) / (PREVIEW_M[after] - PREVIEW_M[after - 1])
+    columns = np.arange(distance_m.size)
+    weights[after - 1, columns], weights[after, columns] = 1.0 - share, share
+    return weights
+
+
+def way_curvature(x_m: FloatMatrix, y_m: FloatMatrix) -> FloatMatrix:
+    """Return the curvature of ways at ``PREVIEW_M``, positive to the left, shape ``(n, len(PREVIEW_M))``.
+
+    A drawn lane is straight but for kinks. At each point the way turns between the chord before and the
+    chord after it; the longest chords count by which a kink is cut by ``CUT_M`` at most.
+    """
+    curvature = np.zeros(x_m.shape)
+    for chord_m in CHORDS_M:
+        back_m = np.clip(PREVIEW_M - chord_m, 0.0, None)
+        onward_m = np.clip(PREVIEW_M + chord_m, None, PREVIEW_M[-1])
+        back, onward = _at(back_m), _at(onward_m)
+        before_x, before_y = x_m - x_m @ back, y_m - y_m @ back
+        after_x, after_y = x_m @ onward - x_m, y_m @ onward - y_m
+        turned = np.arctan2(before_x * after_y - before_y * after_x, before_x * after_x + before_y * after_y)
+        mean_m = np.maximum(0.5 * (onward_m - back_m), 1e-6)
+        judged = chord_m == CHORDS_M[0]
+        counts = judged | (np.abs(turned) * mean_m / 8.0 <= CUT_M)
+        curvature = np.where(counts, turned / mean_m, curvature)
+    curvature[:, 0], curvature[:, -1] = curvature[:, 1], curvature[:, -2]
+    return np.nan_to_num(curvature)
 
 
 def lanes_beside(beside: Beside) -> list[LaneBeside | None]:
@@ -69,7 +108,7 @@ def observe(
     """
     around, ahead = surroundings, lane_ahead(surroundings, motion, slots).tolist()
     left, right = lanes_beside(around.left), lanes_beside(around.right)
-    lanes = around.lane.tolist()
+    lanes, curvature = around.lane.tolist(), way_curvature(around.way_x_m, around.way_y_m).tolist()
     leader_speed_mps = np.where(
         np.isfinite(around.leader_gap_m), around.leader_speed_mps, motion.speed_mps[slots]
     )
@@ -85,6 +124,7 @@ def observe(
             curvature_per_m=float(motion.curvature_per_m[slot]),
             limit_mps=float(around.limit_mps[n]),
             lane_ahead_m=tuple((x, y) for x, y in ahead[n]) if around.has_way[n] else (),
+            curvature_ahead=tuple(zip(DISTANCES_M, curvature[n], strict=True)) if around.has_way[n] else (),
             leader_gap_m=float(around.leader_gap_m[n]),
             leader_speed_mps=float(leader_speed_mps[n]),
             safety_mode=view.safety_mode,

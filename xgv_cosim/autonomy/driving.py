@@ -11,6 +11,7 @@ from xgv_cosim.autonomy.lateral import (
     LaneChanges,
     urgency,
     wanted_curvature_per_m,
+    within_grip_per_m,
 )
 from xgv_cosim.autonomy.longitudinal import wanted_accel_mps2
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
@@ -30,6 +31,26 @@ class Wish(NamedTuple):
     curvature_per_m: float
 
 
+TAKES_OVER_MPS = 1.0
+"""Slower than this it takes over anywhere."""
+TAKES_OVER_DECEL_MPS2 = 2.5
+TAKES_OVER_LATERAL_MPS2 = 2.0
+"""It takes over from another driver where no more than this has to be done."""
+
+
+def may_take_over(seen: Observation, wish: Wish) -> bool:
+    """Return whether the car can go on from here: not in the middle of what another driver has begun.
+
+    A driver of the world takes turns that no car can; who took over in one would leave the road.
+    """
+    if abs(seen.speed_mps) < TAKES_OVER_MPS:
+        return True
+    curvature = max(abs(wish.curvature_per_m), abs(seen.curvature_per_m))
+    return wish.accel_mps2 > -TAKES_OVER_DECEL_MPS2 and (
+        curvature * seen.speed_mps**2 < TAKES_OVER_LATERAL_MPS2
+    )
+
+
 class RouteDriving:
     """Drives along a route: lane changes, signals, right of way, limits, curves, the leader."""
 
@@ -45,10 +66,13 @@ class RouteDriving:
         beside = self._changes.decide(seen)
         goal_m = 0.0 if beside is None else beside.offset_m
         stop_m = min(self._crossings.stop_m(seen), lane_end_stop_m(seen))
-        accel = wanted_accel_mps2(seen, self._settings, stop_m, *_also_followed(seen, beside))
+        curvature = wanted_curvature_per_m(seen, goal_m, self._settings)
+        accel = wanted_accel_mps2(
+            seen, self._settings, stop_m, *_also_followed(seen, beside), curvature_per_m=curvature
+        )
         if not seen.on_road:
             accel = min(accel, max(BACK_MPS - seen.speed_mps, -self._settings.lost_decel_mps2))
-        return Wish(accel, wanted_curvature_per_m(seen, goal_m, self._settings))
+        return Wish(accel, within_grip_per_m(curvature, seen.speed_mps, self._settings))
 
 
 def lane_end_stop_m(seen: Observation) -> float:

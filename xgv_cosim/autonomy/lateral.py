@@ -88,12 +88,12 @@ class LaneChanges:
 
 
 def wanted_curvature_per_m(seen: Observation, goal_m: float, settings: ReferenceStackSettings) -> float:
-    """Return the pure-pursuit curvature towards a line beside the lane's centre line, positive to the left.
+    """Return the pure-pursuit curvature towards a line beside the centre line, positive left, at any speed.
 
     Args:
         seen: The view.
         goal_m: Where the line to follow lies, to the left of the centre line.
-        settings: Look-ahead and limits.
+        settings: Look-ahead.
     """
     if not seen.lane_ahead_m:
         return 0.0
@@ -105,8 +105,13 @@ def wanted_curvature_per_m(seen: Observation, goal_m: float, settings: Reference
     x, y = point_at(seen.lane_ahead_m, lookahead_m, shift_m)
     # A point behind, as in a turn tighter than the car's own, asks for all that there is.
     curvature = 2.0 * y / max(1.0, x * x + y * y) if x > 0.0 else math.copysign(TIGHTEST_PER_M, y)
-    limit = settings.max_lateral_accel_mps2 / max(1.0, speed) ** 2
-    return min(max(curvature, -limit), limit)
+    return min(max(curvature, -TIGHTEST_PER_M), TIGHTEST_PER_M)
+
+
+def within_grip_per_m(curvature_per_m: float, speed_mps: float, settings: ReferenceStackSettings) -> float:
+    """Return a curvature, limited to the lateral acceleration that the stack wants at most."""
+    limit = settings.max_lateral_accel_mps2 / max(1.0, abs(speed_mps)) ** 2
+    return min(max(curvature_per_m, -limit), limit)
 
 
 def point_at(

@@ -8,13 +8,12 @@ A line to stop at is a leader who stands, without time headway.
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
 from xgv_cosim.observation import Observation
 
-CHORD_M = 4.0
-"""Curves are judged by chords of this length, so that kinks of a drawn line are none."""
+STEERED_OVER_M = 2.0
+"""The wheel is turned over this way at least."""
 LINE_HEADWAY_S = 0.3
 SLOWING_MPS2 = 1.4
 """Braking for limits and curves ahead."""
@@ -45,7 +44,11 @@ def follow_mps2(
 
 
 def wanted_accel_mps2(
-    seen: Observation, settings: ReferenceStackSettings, stop_m: float, *others: tuple[float, float]
+    seen: Observation,
+    settings: ReferenceStackSettings,
+    stop_m: float,
+    *others: tuple[float, float],
+    curvature_per_m: float = 0.0,
 ) -> float:
     """Return the acceleration wanted, limited to what the car can do.
 
@@ -53,12 +56,16 @@ def wanted_accel_mps2(
         seen: The view.
         settings: What the stack wants of the road.
         stop_m: How far ahead the front bumper has to stop, ``inf``: nowhere.
+        curvature_per_m: What the steering is to be; too fast for it the car slows down.
         others: (gap, speed) of further vehicles to follow, such as the leader in the next lane.
     """
     speed = max(0.0, seen.speed_mps)
     free_mps = max(0.1, free_speed_mps(seen, settings))
     free = settings.max_accel_mps2 * (1.0 - (speed / free_mps) ** 4)
     accel = max(free, -settings.comfortable_decel_mps2)
+    if curvature_per_m:
+        steered_mps = math.sqrt(settings.max_lateral_accel_mps2 / abs(curvature_per_m))
+        accel = min(accel, slowing_mps2(speed, 0.0, max(SLOWEST_MPS, 0.9 * steered_mps)))
     for distance_m, limit_mps in (*seen.limits_ahead, *curve_speeds(seen, settings)):
         accel = min(accel, slowing_mps2(speed, distance_m, limit_mps))
     followed = [
@@ -87,28 +94,19 @@ def slowing_mps2(speed_mps: float, distance_m: float, limit_mps: float) -> float
 
 
 def curve_speeds(seen: Observation, settings: ReferenceStackSettings) -> list[tuple[float, float]]:
-    """Return (distance from the front bumper, speed) of the curves ahead that ask for less than now."""
-    points = seen.lane_ahead_m
-    steps_m = [math.hypot(x1 - x0, y1 - y0) for (x0, y0), (x1, y1) in pairwise(points)]
+    """Return (distance from the front bumper, speed) of the curves ahead that ask for less than now.
+
+    A curve asks for so much lateral acceleration, and where it begins for so fast a turn of the wheel.
+    """
     slower: list[tuple[float, float]] = []
-    along_m = 0.0
-    for place in range(1, len(points) - 1):
-        along_m += steps_m[place - 1]
-        before, after = _chord(points, place, -1), _chord(points, place, 1)
-        turned = math.atan2(
-            before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1]
-        )
-        curvature = abs(turned) / (0.5 * (math.hypot(*before) + math.hypot(*after)))
-        if curvature * seen.speed_mps**2 > 0.5 * settings.curve_lateral_accel_mps2:
-            limit_mps = max(SLOWEST_MPS, math.sqrt(settings.curve_lateral_accel_mps2 / curvature))
-            slower.append((along_m, limit_mps))
+    speed, lateral_mps2 = seen.speed_mps, settings.curve_lateral_accel_mps2
+    before_m, before_per_m = 0.0, None
+    for distance_m, curvature_per_m in seen.curvature_ahead:
+        limit_mps = math.sqrt(lateral_mps2 / max(1e-6, abs(curvature_per_m)))
+        if before_per_m is not None:
+            per_m = abs(curvature_per_m - before_per_m) / max(STEERED_OVER_M, distance_m - before_m)
+            limit_mps = min(limit_mps, settings.curve_rate_per_m_s / max(1e-6, per_m))
+        if limit_mps < 1.5 * speed + 1.0:
+            slower.append((distance_m, max(SLOWEST_MPS, limit_mps)))
+        before_m, before_per_m = distance_m, curvature_per_m
     return slower
-
-
-def _chord(points: tuple[tuple[float, float], ...], place: int, step: int) -> tuple[float, float]:
-    """Return the chord forward from a point, or up to it, that is long enough, or as long as there is."""
-    x0, y0 = points[place]
-    other = place + step
-    while 0 < other < len(points) - 1 and math.hypot(points[other][0] - x0, points[other][1] - y0) < CHORD_M:
-        other += step
-    return step * (points[other][0] - x0), step * (points[other][1] - y0)

@@ -9,7 +9,7 @@ allowed to: the engine also in a pause, the parking brake in drive-by-wire only 
 from __future__ import annotations
 
 from jaus.address import JausAddress
-from xgv_cosim.autonomy.driving import RouteDriving
+from xgv_cosim.autonomy.driving import RouteDriving, Wish, may_take_over
 from xgv_cosim.autonomy.longitudinal import free_speed_mps
 from xgv_cosim.autonomy.session import closed_loop_session
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
@@ -35,12 +35,17 @@ class ReferenceStack:
 
     def act(self, observation: Observation) -> list[StackMessage]:
         """Return the messages of one cycle: session first, then the motion profile."""
-        messages = closed_loop_session(observation, self._address, self._settings.authority)
-        messages.append(self._motion(observation))
+        wish = self._driving.wish(observation)
+        messages = closed_loop_session(
+            observation,
+            self._address,
+            self._settings.authority,
+            takes_over=may_take_over(observation, wish),
+        )
+        messages.append(self._motion(observation, wish))
         return messages
 
-    def _motion(self, seen: Observation) -> MotionProfile:
-        wish = self._driving.wish(seen)
+    def _motion(self, seen: Observation, wish: Wish) -> MotionProfile:
         # The profile's target lies a second ahead on the wanted acceleration; the limit sets its slope.
         target_mps = max(0.0, seen.speed_mps + wish.accel_mps2)
         return MotionProfile(

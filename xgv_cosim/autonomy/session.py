@@ -16,8 +16,19 @@ PAUSES = frozenset({"software_pause", "estop_pause"})
 """Safety modes in which the engine may be started although the car may not drive (XGV-34)."""
 
 
-def closed_loop_session(seen: Observation, address: JausAddress, authority: int) -> list[StackMessage]:
-    """Return what is missing for closed-loop control, in the order of the public clients (XGV-17..20)."""
+def closed_loop_session(
+    seen: Observation, address: JausAddress, authority: int, *, takes_over: bool = True
+) -> list[StackMessage]:
+    """Return what is missing for closed-loop control, in the order of the public clients (XGV-17..20).
+
+    Args:
+        seen: The view.
+        address: The stack's own.
+        authority: With which it asks.
+        takes_over: Whether to take the car now, if another drives it.
+    """
+    if seen.safety_mode != DRIVES and not takes_over:
+        return []
     messages: list[StackMessage] = []
     if seen.component_controller[MPD] != address:
         if seen.component_controller[PD] == address:
@@ -26,8 +37,12 @@ def closed_loop_session(seen: Observation, address: JausAddress, authority: int)
     return messages + _resumed(seen, PD, MPD) + _drivable(seen, MPD, address)
 
 
-def open_loop_session(seen: Observation, address: JausAddress, authority: int) -> list[StackMessage]:
+def open_loop_session(
+    seen: Observation, address: JausAddress, authority: int, *, takes_over: bool = True
+) -> list[StackMessage]:
     """Return what is missing for wrench efforts: the Primitive Driver alone (XGV-18)."""
+    if seen.safety_mode != DRIVES and not takes_over:
+        return []
     messages: list[StackMessage] = []
     if seen.component_controller[PD] != address:
         if seen.component_controller[MPD] == address:

@@ -29,6 +29,8 @@ class ReferenceStackSettings:
     """In steering."""
     curve_lateral_accel_mps2: float = 2.0
     """For which it slows down before curves."""
+    curve_rate_per_m_s: float = 0.1
+    """Change of curvature for which it slows down before curves."""
     max_curvature_rate_per_m_s: float = 0.15
     motion_duration_s: float = 0.4
     """Public clients send 200 to 2000 ms (XGV-43)."""
