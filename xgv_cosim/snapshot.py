@@ -10,12 +10,12 @@ from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A contact of two vehicles that the world reported in this step."""
+    """A contact of two vehicles in this step."""
 
     collider: str
     victim: str
     kind: str
-    """The world's word for it, for example ``collision`` or ``junction``."""
+    """The world's word for it, for example ``collision``; ``overlap`` where it reports none."""
     lane_id: str
     position_m: float
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from xgv_cosim.errors import WorldError
+from xgv_cosim.worlds.contacts import Contacts
 from xgv_cosim.worlds.sumo.bindings import Bindings
 from xgv_cosim.worlds.sumo.placed import as_placed
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
@@ -94,6 +96,7 @@ class SumoWorld:
         with session.failures():
             self._road = SumoRoad.read(session.engine)
             self._bindings = Bindings(session.engine, self._road, self._step_s, with_ghosts=self._with_ghosts)
+            self._contacts = Contacts(self._road.lane_ids)
             self._reader = SnapshotReader(session, self._road)
             self._snapshot = self._reader.read(())
         self._surroundings = None
@@ -178,6 +181,8 @@ class SumoWorld:
                 self._bindings.in_lane_frame,
                 self._step_s,
             )
+            found = self._contacts.merged(self._snapshot, self._bindings.bound)
+            self._snapshot = replace(self._snapshot, collisions=found)
         for vehicle_id in snapshot.arrived:
             self._bindings.forget(vehicle_id)
         self._bindings.learn(self._snapshot)

@@ -1,0 +1,168 @@
+"""Contacts found from oriented boxes: the geometry against shapely, the merging, and real SUMO."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely.geometry import Polygon
+
+from tests.contracts.world_contract import ahead, nobody, place
+from tests.xgv_cosim.recording.conftest import _snapshot as make_snapshot
+from tests.xgv_cosim.worlds.sumo_traffic import car
+from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.snapshot import Collision
+from xgv_cosim.worlds.contacts import OVERLAP, TOLERANCE_M, Contacts, near_pairs, overlap
+
+if TYPE_CHECKING:
+    from tests.xgv_cosim.worlds.conftest import NewWorld
+
+Box = tuple[float, float, float, float, float]
+coordinate = st.floats(-8.0, 8.0)
+boxes = st.tuples(coordinate, coordinate, st.floats(-7.0, 7.0), st.floats(0.5, 9.0), st.floats(0.5, 3.0))
+
+
+def polygon(box: Box, smaller_m: float = 0.0) -> Polygon:
+    x, y, heading, half_length, half_width = box
+    half_length, half_width = half_length - smaller_m, half_width - smaller_m
+    forward = np.array([np.cos(heading), np.sin(heading)])
+    left = np.array([-forward[1], forward[0]])
+    centre = np.array([x, y])
+    signs = ((1, 1), (1, -1), (-1, -1), (-1, 1))
+    return Polygon([centre + a * half_length * forward + b * half_width * left for a, b in signs])
+
+
+def overlaps(a: Box, b: Box) -> bool:
+    rows = np.array([a, b])
+    found = overlap(rows[:, :2], rows[:, 2], rows[:, 3:], np.array([0]), np.array([1]))
+    return bool(found[0])
+
+
+@given(a=boxes, b=boxes)
+def test_boxes_overlap_as_polygons_intersect(a: Box, b: Box) -> None:
+    """Exact up to the tolerance: what overlaps intersects, what does not is disjoint when made smaller."""
+    assert overlaps(a, b) == overlaps(b, a)
+    if overlaps(a, b):
+        assert polygon(a).intersects(polygon(b))
+    else:
+        assert not polygon(a, 1.01 * TOLERANCE_M).intersects(polygon(b, 1.01 * TOLERANCE_M))
+
+
+@pytest.mark.parametrize(
+    ("other", "expected"),
+    [
+        ((4.0, 0.0, 0.0, 2.0, 1.0), False),  # bumper to bumper
+        ((3.98, 0.0, 0.0, 2.0, 1.0), True),
+        ((0.0, 2.0, 0.0, 2.0, 1.0), False),  # side by side
+        ((0.0, 1.98, 0.0, 2.0, 1.0), True),
+        ((2.7, 1.7, 0.785398, 2.0, 1.0), True),  # corner into the side
+        ((3.2, 2.2, 0.785398, 1.0, 1.0), False),  # near the corner only: circles would overlap
+        ((0.0, 0.0, 1.57, 0.5, 0.5), True),  # one inside the other
+    ],
+)
+def test_cases_made_by_hand(other: Box, expected: bool) -> None:
+    assert overlaps((0.0, 0.0, 0.0, 2.0, 1.0), other) is expected
+
+
+@given(
+    st.lists(st.tuples(st.floats(-60, 60), st.floats(-60, 60), st.floats(1, 10)), min_size=1, max_size=30),
+    st.randoms(use_true_random=False),
+)
+def test_near_pairs_are_all_whose_circles_overlap_each_once(rows, random) -> None:
+    x_m, y_m, reach_m = np.array(rows).T
+    subjects = np.array(sorted(random.sample(range(len(rows)), random.randint(0, len(rows)))), np.int64)
+    one, other = near_pairs(x_m, y_m, reach_m, subjects)
+    found = [tuple(sorted(pair)) for pair in zip(one.tolist(), other.tolist(), strict=True)]
+    assert len(found) == len(set(found))
+    expected = {
+        (i, j)
+        for i in range(len(rows))
+        for j in range(i + 1, len(rows))
+        if {i, j} & set(subjects.tolist())
+        and np.hypot(x_m[i] - x_m[j], y_m[i] - y_m[j]) < reach_m[i] + reach_m[j]
+    }
+    assert set(found) == expected
+
+
+def two(gap_m: float, *reported: Collision, speeds_mps: tuple[float, float] = (5.0, 9.0)) -> object:
+    """``a`` ahead of ``b`` by a gap, bumper to bumper, both heading east."""
+    return make_snapshot(
+        "a",
+        "b",
+        front_x_m=np.array([100.0, 95.5 - gap_m]),
+        front_y_m=np.zeros(2),
+        heading_rad=np.zeros(2),
+        speed_mps=np.array(speeds_mps),
+        collisions=reported,
+    )
+
+
+def test_who_moves_towards_the_other_collides_and_keeps_that_role() -> None:
+    contacts = Contacts(("lane",))
+    assert contacts.merged(two(0.5), ("a",)) == ()
+    (first,) = contacts.merged(two(-0.5), ("a",))
+    assert (first.collider, first.victim, first.kind, first.lane_id) == ("b", "a", OVERLAP, "lane")
+    (second,) = contacts.merged(two(-0.6, speeds_mps=(0.0, -3.0)), ("a",))
+    assert (second.collider, second.victim) == ("b", "a")
+    (engines,) = contacts.merged(two(-0.6, Collision("a", "b", "frontal", "lane", 1.0)), ("a",))
+    assert (engines.collider, engines.victim, engines.kind) == ("b", "a", "frontal")
+
+
+def test_what_the_engine_reports_comes_once_and_others_contacts_stay() -> None:
+    reported = (Collision("b", "a", "collision", "lane", 95.0), Collision("a", "b", "junction", "lane", 95.0))
+    contacts = Contacts(("lane",))
+    assert contacts.merged(two(-0.5, *reported), ("a", "b")) == reported[:1]
+    assert contacts.merged(two(-0.5), ()) == ()  # two vehicles of the engine's own: its business
+    elsewhere = Collision("y", "z", "collision", "lane", 3.0)
+    assert contacts.merged(two(0.5, elsewhere), ("a",)) == (elsewhere,)
+
+
+def test_a_car_driven_sideways_into_another_touches_it_in_sumo(sumo: NewWorld) -> None:
+    """Two lanes: SUMO reports nothing; the contact is one, from the step in which the sides meet."""
+    world = sumo(car("ego", 300, 10, kind="xgv"), car("beside", 300, 10, lane=1, kind="xgv"))
+    world.start()
+    snapshot = world.step(nobody())
+    for name in ("ego", "beside"):
+        world.bind(name, CouplingKind.FREE)
+    touched_at_m, contacts = None, set()
+    for step in range(38):  # until the fronts are in the same lane, where SUMO sees it too
+        both = [ahead(snapshot, name, 10.0, 0.1) for name in ("ego", "beside")]
+        row = snapshot.index_of["ego"]
+        heading = float(snapshot.heading_rad[row])
+        both[0] = place(
+            "ego",
+            float(both[0].front_x_m[0] - 0.04 * np.sin(heading)),
+            float(both[0].front_y_m[0] + 0.04 * np.cos(heading)),
+            heading,
+            speed_mps=10.0,
+            travelled_m=1.0,
+        )
+        placement = type(both[0])(
+            both[0].ids + both[1].ids,
+            *(np.concatenate(pair) for pair in zip(both[0][1:], both[1][1:], strict=True)),
+        )
+        snapshot = world.step(placement)
+        assert len(snapshot.collisions) <= 1
+        contacts |= {(contact.collider, contact.victim, contact.kind) for contact in snapshot.collisions}
+        if contacts and touched_at_m is None:
+            touched_at_m = 0.04 * (step + 1)
+    assert touched_at_m == pytest.approx(3.2 - 1.8, abs=0.06)
+    assert len(contacts) == 1
+    assert next(iter(contacts))[2] == OVERLAP
+
+
+def test_ordinary_traffic_has_no_contacts(sumo: NewWorld) -> None:
+    vehicles = [car(f"c{n}", 30 + 25 * n, 10, lane=n % 2, kind="xgv") for n in range(12)]
+    world = sumo(*vehicles)
+    world.start()
+    snapshot = world.step(nobody())
+    for name in snapshot.ids:
+        world.bind(name, CouplingKind.FREE)
+        world.release(name)
+    world.bind("c3", CouplingKind.FREE)
+    for _ in range(100):
+        snapshot = world.step(ahead(snapshot, "c3", 8.0, 0.1))
+        assert snapshot.collisions == ()
