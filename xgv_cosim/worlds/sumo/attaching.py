@@ -30,7 +30,7 @@ def hold_of(given: object, holder: Holder) -> Hold:
             raise WorldError(
                 "libsumo runs a simulation of xgv_cosim in this process, none of a script; close it first"
             )
-        return LibsumoHold(given, holder)
+        return LibsumoHold(holder)
     speaks_traci = isinstance(given, ModuleType) and hasattr(given, "connection")
     if speaks_traci or (hasattr(given, "simulationStep") and hasattr(given, "getLabel")):
         from xgv_cosim.worlds.sumo.socket_hold import SocketHold  # noqa: PLC0415 - traci only where it is used

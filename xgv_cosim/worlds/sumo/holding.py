@@ -14,7 +14,6 @@ from xgv_cosim.errors import WorldError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import ModuleType
 
     from xgv_cosim.worlds.sumo.engine import Engine
 
@@ -94,7 +93,6 @@ class LibsumoHold:
     """A script that uses libsumo, under whatever name.
 
     Args:
-        given: The module as the script calls it: ``libsumo``, or ``traci`` under ``LIBSUMO_AS_TRACI``.
         holder: Who is told.
 
     Raises:
@@ -103,7 +101,7 @@ class LibsumoHold:
 
     held_by: ClassVar[LibsumoHold | None] = None
 
-    def __init__(self, given: ModuleType, holder: Holder) -> None:
+    def __init__(self, holder: Holder) -> None:
         if LibsumoHold.held_by is not None:
             raise WorldError("libsumo is attached already; use that plugin, or detach() it first")
         self._libsumo = sys.modules["libsumo"]
@@ -111,15 +109,10 @@ class LibsumoHold:
         self._original: Callable[[float], None]
         self._stepping = False
         self._patches = Patches()
-        simulation = self._libsumo.simulation
-        if hasattr(self._libsumo, "_libsumo_step"):
-            self._patches.wrap(self._libsumo, "_libsumo_step", self._step_wrapper)
-        else:  # older versions
-            self._patches.wrap(simulation, "step", self._step_wrapper)
+        native = sys.modules["libsumo._libsumo"]  # where every way through libsumo's Python ends
+        self._patches.wrap(native, "simulation_step", self._step_wrapper)
         for name in ("start", "close", "load", "loadState"):
-            self._patches.wrap(simulation, name, self._end_wrapper)
-        for module in {self._libsumo, given}:
-            self._patches.wrap(module, "load", self._end_wrapper)  # a copy of its own
+            self._patches.wrap(native, f"simulation_{name}", self._end_wrapper)
         LibsumoHold.held_by = self
 
     @property
