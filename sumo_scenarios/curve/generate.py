@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-RADIUS_M = 120.0
+RADIUS_M = 300.0
 STRAIGHT_M = 400.0
-LIMIT_MPS = 19.44
-POINTS_IN_CURVE = 36
+LIMIT_MPS = 25.0
+POINTS_IN_CURVE = 90
+XGV_EVERY_S = 30.0
+"""Far enough apart for each to find the road free."""
 
 HEADER = "<!-- written by generate.py -->\n"
 
@@ -47,7 +49,7 @@ def network_files() -> dict[str, str]:
 
 
 def route_file() -> str:
-    """Return the text of the route file: three XGVs with ordinary cars behind, oncoming traffic."""
+    """Return the text of the route file: three XGVs, each with a car behind it, and oncoming traffic."""
     lines = [
         f"{HEADER}<routes>",
         '    <vType id="car" vClass="passenger" length="4.6" width="1.8" sigma="0.3"',
@@ -56,20 +58,17 @@ def route_file() -> str:
         '           speedDev="0" color="1,0.5,0"/>',
         '    <route id="north" edges="northbound"/>',
         '    <route id="south" edges="southbound"/>',
+        '    <flow id="oncoming" type="car" route="south" begin="0" end="100" period="9" departSpeed="20"/>',
     ]
-    for number, position_m in enumerate((330.0, 200.0, 70.0)):
+    for number in range(3):
+        depart_s = XGV_EVERY_S * number
         lines += [
-            f'    <vehicle id="xgv_{number}" type="xgv" route="north" depart="0" departPos="{position_m:g}" '
-            'departSpeed="17"/>',
-            f'    <vehicle id="car_{number}" type="car" route="north" depart="0" '
-            f'departPos="{position_m - 45.0:g}" departSpeed="16"/>',
+            f'    <vehicle id="xgv_{number}" type="xgv" route="north" depart="{depart_s:g}" departPos="200" '
+            'departSpeed="20"/>',
+            f'    <vehicle id="car_{number}" type="car" route="north" depart="{depart_s:g}" departPos="155" '
+            'departSpeed="20"/>',
         ]
-    lines += [
-        '    <flow id="oncoming" type="car" route="south" begin="0" end="60" period="9" departSpeed="17"/>',
-        "</routes>",
-        "",
-    ]
-    return "\n".join(lines)
+    return "\n".join([*lines, "</routes>", ""])
 
 
 def main() -> None:
