@@ -5,25 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
-from jaus.address import JausAddress
 from xgv_cosim.actuation import Driver
-from xgv_cosim.autonomy.reference import ReferenceStack, ReferenceStackSettings
 from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.injection import Injection
-from xgv_cosim.links.base import Link
-from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.parameters import VehicleParameters, load_preset
 from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
 from xgv_cosim.scenario.model import Selector as VehicleSelector
 from xgv_cosim.scenario.script_rows import bind_row
 from xgv_cosim.scenario.sections import EnvironmentSection
 from xgv_cosim.scenario.selection import binding_of, matches
+from xgv_cosim.scenario.stacks import new_link_of
 from xgv_cosim.simulation import Binding, Observer, Simulation
-from xgv_cosim.simulation.binding import LinkFactory, Selector, StartKind
+from xgv_cosim.simulation.binding import Selector, StartKind
 from xgv_cosim.simulation.requests import PARTIAL_NAMES
+from xgv_cosim.traveller import Traveller
 from xgv_cosim.vehicles.base import VehicleProfile
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 from xgv_cosim.worlds.base import World
@@ -46,12 +45,14 @@ class ScenarioSimulation(Simulation):
         self._environment = scenario.world.environment
         self._profile = profile_of(scenario)
         self._seed = scenario.seed
+        self._folder = scenario.source.folder
         super().__init__(
             world,
             selector_of(scenario, self._profile),
             [injection_of(row, scenario.seed) for row in scenario.injections],
             step_s=scenario.step_s,
             observers=observers,
+            contact=scenario.world.contact,
         )
 
     def bind(self, *vehicles: str, **row: Any) -> tuple[str, ...]:  # noqa: ANN401 - checked as a row
@@ -66,13 +67,9 @@ class ScenarioSimulation(Simulation):
                 or nobody matches a pattern.
         """
         section = bind_row(vehicles, {}, row)
-        binding = binding_from(section, self._profile, self._environment)
-        present = zip(self.snapshot.ids, self.snapshot.type_ids, strict=True)
-        matching = [
-            name
-            for name, type_id in present
-            if name not in self.vehicle_ids and matches(section.vehicles, name, type_id, self._seed)
-        ]
+        binding = binding_from(section, self._profile, self._environment, self._folder)
+        present = [self.world.traveller(name) for name in self.snapshot.ids if name not in self.vehicle_ids]
+        matching = [who.vehicle_id for who in present if matches(section.vehicles, who, self._seed)]
         chosen = tuple(dict.fromkeys((*named_vehicles(section.vehicles), *matching)))
         if not chosen:
             raise ScenarioError(f"bind: no unbound vehicle matches {', '.join(vehicles)} at {self.now_s:g} s")
@@ -110,20 +107,34 @@ def profile_of(scenario: Scenario) -> XgvProfile:
 
 def selector_of(scenario: Scenario, profile: VehicleProfile) -> Selector:
     """Return the function that says how each vehicle of the world is bound."""
-    made = {id(row): binding_from(row, profile, scenario.world.environment) for row in scenario.bind}
+    environment, folder = scenario.world.environment, scenario.source.folder
+    made = {id(row): binding_from(row, profile, environment, folder) for row in scenario.bind}
 
-    def select(vehicle_id: str, type_id: str) -> Binding | None:
-        row = binding_of(scenario.bind, vehicle_id, type_id, scenario.seed)
+    def select(who: Traveller) -> Binding | None:
+        row = binding_of(scenario.bind, who, scenario.seed)
         return None if row is None else made[id(row)]
 
     return select
 
 
-def binding_from(row: BindSection, profile: VehicleProfile, environment: EnvironmentSection) -> Binding:
-    """Return one ``bind`` row made ready."""
+def binding_from(
+    row: BindSection, profile: VehicleProfile, environment: EnvironmentSection, folder: Path | None = None
+) -> Binding:
+    """Return one ``bind`` row made ready.
+
+    Args:
+        row: The row.
+        profile: Make of vehicle.
+        environment: The road of the scenario.
+        folder: Where classes of the user's are looked for first, None: the working folder.
+
+    Raises:
+        ScenarioError: ``stack`` names a class that cannot be had.
+    """
+    parameters = parameters_of(row, environment)
     return Binding(
         profile=profile,
-        parameters=parameters_of(row, environment),
+        parameters=parameters,
         coupling=row.coupling,
         start=StartKind(row.start),
         driver=_DRIVERS[row.driver],
@@ -132,7 +143,7 @@ def binding_from(row: BindSection, profile: VehicleProfile, environment: Environ
         transmitter=row.transmitter or "",
         from_tick=tick_at_or_after(row.from_s),
         until_tick=None if row.until_s is None else tick_at_or_after(row.until_s),
-        new_link=_reference_link(row) if row.stack == "reference" else None,
+        new_link=new_link_of(row, parameters, folder or Path.cwd()),
     )
 
 
@@ -148,15 +159,6 @@ def parameters_of(row: BindSection, environment: EnvironmentSection) -> VehicleP
     )
 
 
-def _reference_link(row: BindSection) -> LinkFactory:
-    settings = ReferenceStackSettings(desired_speed_mps=row.desired_speed_mps)
-
-    def new_link(_vehicle_id: str, address: JausAddress) -> Link:
-        return InProcessLink(ReferenceStack(address, settings), address)
-
-    return new_link
-
-
 def injection_of(row: InjectionSection, seed: int) -> Injection:
     """Return one ``injections`` row on control ticks, its vehicles named or described."""
     begin = tick_at_or_after(row.begin_s)
@@ -167,8 +169,8 @@ def injection_of(row: InjectionSection, seed: int) -> Injection:
         return Injection(begin, row.kind, end_tick=end, code=row.code, transmitter=row.transmitter or "")
 
     @cache
-    def chosen(vehicle_id: str, type_id: str) -> bool:
-        return matches(selector, vehicle_id, type_id, seed)
+    def chosen(who: Traveller) -> bool:
+        return matches(selector, who, seed)
 
     named = named_vehicles(selector)
     return Injection(begin, row.kind, named, chosen, end, row.code, condition=condition)

@@ -26,6 +26,7 @@ from xgv_cosim.scenario.problems import Path as KeyPath
 from xgv_cosim.scenario.problems import Problem, dotted, word_hint
 from xgv_cosim.scenario.short_rows import add_rows
 from xgv_cosim.scenario.source import ScenarioSource
+from xgv_cosim.scenario.stacks import stack_class
 from xgv_cosim.scenario.sumo_config import SUFFIX, mapping_of_config
 from xgv_cosim.scenario.translation import problems_of
 from xgv_cosim.scenario.xgv_section import XgvSection
@@ -253,7 +254,7 @@ def _examine(
     except ValidationError as error:
         found += problems_of(error, place_of_key, place_of_value)
         wrong = {tuple(detail["loc"][:2]) for detail in error.errors(include_url=False)}
-    for path, message in _disagreements(data, wrong):
+    for path, message in (*_disagreements(data, wrong), *_missing_stacks(data, wrong, source.folder)):
         found.append(Problem(message, dotted(path), place_of_value(path)))
     if found:
         return Examination(document.name, None, tuple(sorted(found, key=_in_file_order)))
@@ -302,3 +303,17 @@ def _disagreements(data: dict[str, Any], wrong: set[KeyPath]) -> list[tuple[KeyP
         allow_both=allow_both(),
         all_bind_rows=not any(path[0] == "bind" for path in wrong),
     )
+
+
+def _missing_stacks(data: dict[str, Any], wrong: set[KeyPath], folder: Path) -> list[tuple[KeyPath, str]]:
+    """Return which rows of ``bind`` name a class that cannot be had; the modules are imported for it."""
+    rows = data.get("bind") or []
+    found: list[tuple[KeyPath, str]] = []
+    for index, row in enumerate(rows if isinstance(rows, list) else []):
+        if not isinstance(row, dict) or ("bind", index) in wrong or ":" not in str(row.get("stack", "")):
+            continue
+        try:
+            stack_class(row["stack"], folder, row.get("stack_options") or {})
+        except ScenarioError as error:
+            found.append((("bind", index, "stack"), str(error)))
+    return found

@@ -6,7 +6,8 @@ Numbers must be numbers: ``"10"`` for a time is refused, as are NaN and infinity
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+import re
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
@@ -16,11 +17,15 @@ from xgv_cosim.injection import InjectionKind
 from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.problems import word_hint
 from xgv_cosim.scenario.section import Section
+from xgv_cosim.simulation.crash import ContactRule
 from xgv_cosim.vehicles.transmitter import TRANSMITTER_KINDS
 from xgv_cosim.vehicles.xgv.errors import ERRORS, near_codes
 
 PATTERN, LIST, QUERY = "|pattern", "|list", "|query"
 """Tags of the three shapes of a selector; ``|`` keeps them apart from keys in error locations."""
+
+STACK_NAMES = ("reference", "reference_wrench", "none")
+"""Stacks that have a name of their own."""
 
 ModeName = Literal[
     "drive_by_wire",
@@ -50,6 +55,10 @@ class VehicleQuery(Section):
 
     type: Annotated[str, Field(min_length=1)] | None = None
     """The world's vehicle type (in SUMO: vType), or a pattern such as ``xgv_*``."""
+    route: Annotated[str, Field(min_length=1)] | None = None
+    """The world's name of the route, or a pattern; in SUMO a route of the demand, while trips have none of note."""
+    via: Annotated[str, Field(min_length=1)] | None = None
+    """A section of road (in SUMO: edge) that the vehicle's route passes."""
     share: Annotated[float, Field(gt=0, le=1)] | None = None
     """Share of the vehicles, more than 0 up to 1; each vehicle is drawn by its id and the seed."""
     seed: Annotated[int, Field(ge=0)] | None = None
@@ -57,8 +66,8 @@ class VehicleQuery(Section):
 
     @model_validator(mode="after")
     def _asks_for_something(self) -> Self:
-        if self.type is None and self.share is None:
-            raise ValueError("expected 'type', 'share' or both")
+        if all(value is None for value in (self.type, self.route, self.via, self.share)):
+            raise ValueError("expected at least one of 'type', 'route', 'via', 'share'")
         if self.seed is not None and self.share is None:
             raise ValueError("'seed' goes with 'share'; add 'share' or remove 'seed'")
         return self
@@ -109,6 +118,9 @@ class WorldSection(Section):
     """Traffic simulated by SUMO."""
     environment: EnvironmentSection = EnvironmentSection()
     """The road under the bound vehicles."""
+    contact: ContactRule = ContactRule.STAY
+    """After a contact with a bound vehicle: both stay where they are, the run ends there (end), or they drive
+    on through each other (pass)."""
 
 
 class PlantSection(Section):
@@ -153,10 +165,24 @@ class BindSection(Section):
     (XGV-42). Without it each vehicle has one of its own."""
     plant: PlantSection = PlantSection()
     """What differs from the preset and from ``world.environment``."""
-    stack: Literal["reference", "none"] = "reference"
-    """The autonomy stack: reference (keeps lane and distance) or none."""
+    stack: str = "reference"
+    """The autonomy stack: reference (follows the route), reference_wrench (the same by wrench efforts),
+    none, or a class of your own as ``module:Class``, beside this file or on Python's path."""
+    stack_options: Annotated[dict[str, Any], Field(default_factory=dict)]
+    """Keyword arguments for a class of your own."""
     desired_speed_mps: Annotated[float, Field(gt=0)] | None = None
-    """Speed the reference stack drives at; without it the lane's limit."""
+    """Speed the reference stacks drive at; without it the lane's limit."""
+
+    @field_validator("stack")
+    @classmethod
+    def _stack_has_a_shape(cls, stack: str) -> str:
+        if stack not in STACK_NAMES and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", stack):
+            hint = word_hint(stack, STACK_NAMES)
+            raise ValueError(
+                f"got {stack!r}, expected {', '.join(STACK_NAMES)} or module:Class, for example "
+                f"my_stack:MyStack{f' ({hint})' if hint else ''}"
+            )
+        return stack
 
     @field_validator("preset")
     @classmethod
@@ -180,8 +206,10 @@ class BindSection(Section):
             raise ValueError(
                 f"until_s {self.until_s:g} is not after from_s {self.from_s:g}; give a later end"
             )
-        if self.desired_speed_mps is not None and self.stack == "none":
-            raise ValueError("desired_speed_mps is read by stack: reference only; remove one of the two")
+        if self.desired_speed_mps is not None and not self.stack.startswith("reference"):
+            raise ValueError("desired_speed_mps is read by the reference stacks only; remove one of the two")
+        if self.stack_options and ":" not in self.stack:
+            raise ValueError("stack_options go with a class of your own, stack: module:Class; remove them")
         return self
 
 

@@ -102,7 +102,7 @@ def test_good_file_loads_with_its_source(in_folder):
          "use driver: rider, driver: world or partial: full (XGV-41)"),
         ("vehicles: xgv_*", "{vehicles: xgv_*, partial: both_manual}",
          "s.yaml:6:32: bind.0.partial: both axes manual are refused (XGV-41)"),
-        ("vehicles: xgv_*", "{vehicles: xgv_*, stack: none, desired_speed_mps: 20}", "read by stack: reference only"),
+        ("vehicles: xgv_*", "{vehicles: xgv_*, stack: none, desired_speed_mps: 20}", "read by the reference stacks only"),
         ("kind: estop_pause", "kind: error", "s.yaml:8:5: injections.0: kind: error needs 'code'"),
         ("kind: estop_pause", "kind: door, code: 9109", "s.yaml:8:5: injections.0: 'code' goes with kind: error"),
         ("kind: estop_pause", "kind: error, code: 9112",
