@@ -22,7 +22,6 @@ from xgv_cosim.scenario.stacks import new_link_of
 from xgv_cosim.simulation import Binding, Observer, Simulation
 from xgv_cosim.simulation.binding import Selector, StartKind
 from xgv_cosim.simulation.requests import PARTIAL_NAMES
-from xgv_cosim.traveller import Traveller
 from xgv_cosim.vehicles.base import VehicleProfile
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 from xgv_cosim.worlds.base import World
@@ -52,7 +51,6 @@ class ScenarioSimulation(Simulation):
             [injection_of(row, scenario.seed) for row in scenario.injections],
             step_s=scenario.step_s,
             observers=observers,
-            contact=scenario.world.contact,
         )
 
     def bind(self, *vehicles: str, **row: Any) -> tuple[str, ...]:  # noqa: ANN401 - checked as a row
@@ -68,8 +66,12 @@ class ScenarioSimulation(Simulation):
         """
         section = bind_row(vehicles, {}, row)
         binding = binding_from(section, self._profile, self._environment, self._folder)
-        present = [self.world.traveller(name) for name in self.snapshot.ids if name not in self.vehicle_ids]
-        matching = [who.vehicle_id for who in present if matches(section.vehicles, who, self._seed)]
+        present = zip(self.snapshot.ids, self.snapshot.type_ids, strict=True)
+        matching = [
+            name
+            for name, type_id in present
+            if name not in self.vehicle_ids and matches(section.vehicles, name, type_id, self._seed)
+        ]
         chosen = tuple(dict.fromkeys((*named_vehicles(section.vehicles), *matching)))
         if not chosen:
             raise ScenarioError(f"bind: no unbound vehicle matches {', '.join(vehicles)} at {self.now_s:g} s")
@@ -110,8 +112,8 @@ def selector_of(scenario: Scenario, profile: VehicleProfile) -> Selector:
     environment, folder = scenario.world.environment, scenario.source.folder
     made = {id(row): binding_from(row, profile, environment, folder) for row in scenario.bind}
 
-    def select(who: Traveller) -> Binding | None:
-        row = binding_of(scenario.bind, who, scenario.seed)
+    def select(vehicle_id: str, type_id: str) -> Binding | None:
+        row = binding_of(scenario.bind, vehicle_id, type_id, scenario.seed)
         return None if row is None else made[id(row)]
 
     return select
@@ -169,8 +171,8 @@ def injection_of(row: InjectionSection, seed: int) -> Injection:
         return Injection(begin, row.kind, end_tick=end, code=row.code, transmitter=row.transmitter or "")
 
     @cache
-    def chosen(who: Traveller) -> bool:
-        return matches(selector, who, seed)
+    def chosen(vehicle_id: str, type_id: str) -> bool:
+        return matches(selector, vehicle_id, type_id, seed)
 
     named = named_vehicles(selector)
     return Injection(begin, row.kind, named, chosen, end, row.code, condition=condition)

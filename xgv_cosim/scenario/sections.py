@@ -17,7 +17,6 @@ from xgv_cosim.injection import InjectionKind
 from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.problems import word_hint
 from xgv_cosim.scenario.section import Section
-from xgv_cosim.simulation.crash import ContactRule
 from xgv_cosim.vehicles.transmitter import TRANSMITTER_KINDS
 from xgv_cosim.vehicles.xgv.errors import ERRORS, near_codes
 
@@ -55,10 +54,6 @@ class VehicleQuery(Section):
 
     type: Annotated[str, Field(min_length=1)] | None = None
     """The world's vehicle type (in SUMO: vType), or a pattern such as ``xgv_*``."""
-    route: Annotated[str, Field(min_length=1)] | None = None
-    """The world's name of the route, or a pattern; in SUMO a route of the demand, while trips have none of note."""
-    via: Annotated[str, Field(min_length=1)] | None = None
-    """A section of road (in SUMO: edge) that the vehicle's route passes."""
     share: Annotated[float, Field(gt=0, le=1)] | None = None
     """Share of the vehicles, more than 0 up to 1; each vehicle is drawn by its id and the seed."""
     seed: Annotated[int, Field(ge=0)] | None = None
@@ -66,8 +61,8 @@ class VehicleQuery(Section):
 
     @model_validator(mode="after")
     def _asks_for_something(self) -> Self:
-        if all(value is None for value in (self.type, self.route, self.via, self.share)):
-            raise ValueError("expected at least one of 'type', 'route', 'via', 'share'")
+        if self.type is None and self.share is None:
+            raise ValueError("expected 'type', 'share' or both")
         if self.seed is not None and self.share is None:
             raise ValueError("'seed' goes with 'share'; add 'share' or remove 'seed'")
         return self
@@ -118,9 +113,6 @@ class WorldSection(Section):
     """Traffic simulated by SUMO."""
     environment: EnvironmentSection = EnvironmentSection()
     """The road under the bound vehicles."""
-    contact: ContactRule = ContactRule.STAY
-    """After a contact with a bound vehicle: both stay where they are, the run ends there (end), or they drive
-    on through each other (pass)."""
 
 
 class PlantSection(Section):
