@@ -69,6 +69,8 @@ class Watch:
         self._wanted = set(vehicle_ids)
         self._rows: dict[str, list[tuple[float, ...]]] = {}
         self._contacts: dict[tuple[str, str], Contact] = {}
+        self._touching: dict[frozenset[str], float] = {}
+        """Pairs that have touched, with the gap that counts in this step: 0 in the first, then none."""
         self._gaps = LeastGaps()
         self._placements = Placements()
         self._odometer_m: dict[str, float] = {}
@@ -89,9 +91,11 @@ class Watch:
         """Append a row for each watched vehicle that is bound; note the gaps of all that are."""
         self.num_vehicles_max = max(self.num_vehicles_max, len(snapshot.ids))
         self.num_bound_max = max(self.num_bound_max, len(fleet.bound_ids))
+        touched = {frozenset(pair) for pair in self._contacts}
         for contact in snapshot.collisions:
             began = Contact(time_of_tick_s(tick), *astuple(contact))
             self._contacts.setdefault((contact.collider, contact.victim), began)
+        self._touching = {frozenset(pair): 0.0 for pair in self._contacts} | dict.fromkeys(touched, np.inf)
         present = [(slot, name) for slot, name in fleet if name in snapshot.index_of]
         names = [name for _, name in present]
         self._last_rows = {name: row for row, name in enumerate(names)}
@@ -116,6 +120,8 @@ class Watch:
         leader, follower = snapshot.leader[rows], snapshot.follower[rows]
         leader_gap = np.where(leader >= 0, snapshot.leader_gap_m[rows], np.inf)
         follower_gap = np.where(follower >= 0, snapshot.follower_gap_m[rows], np.inf)
+        self._end_gaps(snapshot, names, leader, leader_gap)
+        self._end_gaps(snapshot, names, follower, follower_gap)
         self._gaps.note(time_of_tick_s(tick), names, leader_gap, follower_gap)
         columns = VehicleSeries(
             t_s=np.full(slots.size, time_of_tick_s(tick)),
@@ -134,6 +140,17 @@ class Watch:
             demanded_decel_mps2=demanded_decel_mps2(fleet)[slots],
         )
         return np.column_stack([column.astype(np.float64) for column in columns])
+
+    def _end_gaps(
+        self, snapshot: Snapshot, names: Sequence[str], neighbours: IntColumn, gaps_m: FloatColumn
+    ) -> None:
+        """Set the gaps of vehicles that touch to 0, and of those that have touched before to ``inf``."""
+        if not self._touching:
+            return
+        for row, (name, neighbour) in enumerate(zip(names, neighbours.tolist(), strict=True)):
+            if neighbour >= 0:
+                pair = frozenset((name, snapshot.ids[neighbour]))
+                gaps_m[row] = self._touching.get(pair, gaps_m[row])
 
     def _driven_m(self, names: Sequence[str], travelled_m: FloatColumn) -> FloatColumn:
         for name, metres in zip(names, travelled_m.tolist(), strict=True):

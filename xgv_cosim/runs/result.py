@@ -42,6 +42,8 @@ class RunOutcome:
     started_at: datetime
     status: RunStatus = RunStatus.OK
     error: str = ""
+    ended_by: str = ""
+    """What ended it before its time, other than an error or an interrupt; empty: nothing."""
     num_steps: int = 0
     wall_s: float = 0.0
     notes: tuple[str, ...] = ()
@@ -82,6 +84,7 @@ def result_of(
         "schema": RESULT_SCHEMA,
         "status": status.value,
         "error": outcome.error or None,
+        "ended_by": outcome.ended_by or None,
         "scenario": scenario.name,
         "description": scenario.description,
         "seed": scenario.seed,

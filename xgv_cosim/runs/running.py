@@ -108,8 +108,11 @@ def _advance(
             for _ in range(wanted):
                 interrupts.check()
                 simulation.step()
+                outcome.ended_by = simulation.ended_by
                 if progress is not None:
                     progress(simulation.now_s, wanted * scenario.step_s)
+                if outcome.ended_by:
+                    break
     finally:
         outcome.wall_s = time.perf_counter() - began
 

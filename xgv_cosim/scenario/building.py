@@ -51,6 +51,7 @@ class ScenarioSimulation(Simulation):
             [injection_of(row, scenario.seed) for row in scenario.injections],
             step_s=scenario.step_s,
             observers=observers,
+            contact=scenario.world.contact,
         )
 
     def bind(self, *vehicles: str, **row: Any) -> tuple[str, ...]:  # noqa: ANN401 - checked as a row

@@ -17,6 +17,7 @@ from xgv_cosim.injection import InjectionKind
 from xgv_cosim.parameters import preset_names
 from xgv_cosim.scenario.problems import word_hint
 from xgv_cosim.scenario.section import Section
+from xgv_cosim.simulation.crash import ContactRule
 from xgv_cosim.vehicles.transmitter import TRANSMITTER_KINDS
 from xgv_cosim.vehicles.xgv.errors import ERRORS, near_codes
 
@@ -113,6 +114,9 @@ class WorldSection(Section):
     """Traffic simulated by SUMO."""
     environment: EnvironmentSection = EnvironmentSection()
     """The road under the bound vehicles."""
+    contact: ContactRule = ContactRule.STAY
+    """After a contact with a bound vehicle: both stay where they are, the run ends there (end), or they drive
+    on through each other (pass)."""
 
 
 class PlantSection(Section):

@@ -17,6 +17,7 @@ from xgv_cosim.fleet import Fleet, Motion
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
     commanding,
+    crash,
     drivetrain,
     exchange,
     lifecycle,
@@ -29,6 +30,7 @@ from xgv_cosim.simulation import (
     views,
 )
 from xgv_cosim.simulation.binding import Binding, Selector
+from xgv_cosim.simulation.crash import ContactRule
 from xgv_cosim.simulation.devices import Devices
 from xgv_cosim.simulation.journal import Journal, Observer
 from xgv_cosim.simulation.state import RunState
@@ -46,6 +48,7 @@ class Simulation:
         injections: What happens to whom, and when.
         step_s: World step.
         observers: Recorders and metrics.
+        contact: What a contact with a bound vehicle does.
     """
 
     def __init__(
@@ -56,12 +59,14 @@ class Simulation:
         *,
         step_s: float = 0.1,
         observers: Sequence[Observer] = (),
+        contact: ContactRule = ContactRule.STAY,
     ) -> None:
         self.state = RunState(Clock(step_s), Journal(observers), Devices())
         for injection in injections:
             triggers.schedule(self.state, injection)
         self.world = world
         self._selector = selector
+        self._contact = contact
         self._references = ReferenceGenerator()
         self._broken = False
         self.snapshot: Snapshot = world.start()
@@ -87,6 +92,11 @@ class Simulation:
     def is_over(self) -> bool:
         """Return whether a step has failed, so that there can be no further one."""
         return self._broken
+
+    @property
+    def ended_by(self) -> str:
+        """What ended the run early, empty while nothing has (``world.contact: end``)."""
+        return self.state.ended_by
 
     def vehicle(self, vehicle_id: str) -> VehicleHandle:
         """Return the handle of a bound vehicle.
@@ -138,6 +148,7 @@ class Simulation:
         fleet.motion = fleet.motion._replace(travelled_m=np.zeros(fleet.num_slots))
         requests.apply_requests(state)
         lifecycle.apply_couplings(state, self.world)
+        crash.hold_released(state, self.world, self.snapshot)
         requests.apply_scheduled(state, self.world, tick)
         commanding.receive(state)
         by_computer = exchange.nobody_yet(fleet)
@@ -151,9 +162,11 @@ class Simulation:
             tick = clock.tick = until
             if tick < end:
                 requests.apply_scheduled(state, self.world, tick)
+        by_computer = crash.also_held(state, by_computer)
         self.snapshot = snapshot = self.world.step(exchange.placement_of(fleet, fleet.bound, *by_computer))
         self._adopt(snapshot, *by_computer, before)
         reporting.note_world(state, snapshot)
+        crash.note_contacts(state, self.world, snapshot, self._contact)
         lifecycle.release_gone(state, self.world, snapshot)
         lifecycle.release_due(state, self.world)
         if lifecycle.bind_new(state, self.world, self._selector, snapshot):
@@ -213,6 +226,7 @@ class Simulation:
         limited, failed = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
         motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
         drivetrain.note_gears(self.state, fleet.motion.gear, motion.gear)
+        motion = crash.held(self.state, fleet.motion, motion)
         fleet.motion = motion
         fleet.gear_wanted = setpoints.gear_kept(fleet)
         fleet.reference = merge_references(limited, followed, wanted, motion)

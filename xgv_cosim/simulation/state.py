@@ -41,6 +41,10 @@ class RunState:
     """By vehicle: the ``actuation.Gear`` that waits to be engaged, and since when (XGV-70)."""
     without_drive: dict[str, float] = field(default_factory=dict)
     """By vehicle: since when the computer is to drive it with the engine off (XGV-31)."""
+    crashed: set[str] = field(default_factory=set)
+    """Vehicles that stay where they are after a contact, bound or not."""
+    ended_by: str = ""
+    """What ended the run early, empty while nothing has."""
     off_road: set[str] = field(default_factory=set)
     """Bound vehicles that were off the road at the end of the last step."""
     requested: list[Edge] = field(default_factory=list)

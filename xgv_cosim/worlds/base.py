@@ -70,6 +70,10 @@ class World(Protocol):
         """Choose how a bound vehicle is written into the world from the next step on."""
         ...
 
+    def immobilise(self, vehicle_id: str) -> None:
+        """Hold a vehicle that is not bound where it is now, for good or until it is bound."""
+        ...
+
     def step(self, placement: Placement) -> Snapshot:
         """Advance the world by one step with the bound vehicles where ``placement`` says.
 

@@ -82,13 +82,16 @@ class BareWorld:
         return self._snapshot()
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
-        assert coupling is CouplingKind.FREE
+        assert coupling is not CouplingKind.LANE
         assert vehicle_id in self._there
 
     def release(self, vehicle_id: str) -> None:
         assert vehicle_id in self._cars
 
     def set_coupling(self, vehicle_id: str, coupling: CouplingKind) -> None:
+        raise NotImplementedError
+
+    def immobilise(self, vehicle_id: str) -> None:
         raise NotImplementedError
 
     def step(self, placement: Placement) -> Snapshot:

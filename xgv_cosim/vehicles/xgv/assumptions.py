@@ -176,6 +176,15 @@ _READINGS = (
         ("control_mode",),
     ),
     _Reading(
+        "contact",
+        "D",
+        "After a contact with a bound vehicle both stay where they are with speed 0 at once: no push, no "
+        "spin, no damage to the computer, which goes on computing its modes. Gaps and times to collision "
+        "of the two end there.",
+        ("crashed",),
+        key="world.contact",
+    ),
+    _Reading(
         "commands",
         "D",
         "A command is accepted when its sender controls the component, it fits the control mode "

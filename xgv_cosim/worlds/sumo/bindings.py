@@ -56,6 +56,7 @@ class Bindings:
 
     def __init__(self, engine: Engine, road: SumoRoad, step_s: float, *, with_ghosts: bool = True) -> None:
         self.bound: dict[str, Binding] = {}
+        self._held: dict[str, Target] = {}
         self._engine = engine
         self._road = road
         self._step_s = step_s
@@ -79,7 +80,26 @@ class Bindings:
 
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in; SUMO drives it until the next step."""
+        self._held.pop(vehicle_id, None)
         self.bound[vehicle_id] = Binding(kind)
+
+    def hold(self, vehicle_id: str, now: Snapshot, row: int) -> None:
+        """Keep a vehicle that is not bound where it is."""
+        if vehicle_id in self._held:
+            return
+        self._engine.vehicle.setSpeedMode(vehicle_id, self._free.speed_mode)
+        self._engine.vehicle.setLaneChangeMode(vehicle_id, self._free.lane_change_mode)
+        self._held[vehicle_id] = Target(
+            vehicle_id,
+            float(now.front_x_m[row]),
+            float(now.front_y_m[row]),
+            float(now.heading_rad[row]),
+            speed_mps=0.0,
+            travelled_m=0.0,
+            along_m=0.0,
+            lateral_m=0.0,
+            ends_route=False,
+        )
 
     def give_back(self, vehicle_id: str) -> None:
         """Leave a vehicle to SUMO's driver for good."""
@@ -95,6 +115,7 @@ class Bindings:
     def forget(self, vehicle_id: str) -> None:
         """Drop a vehicle that SUMO has no longer."""
         self.bound.pop(vehicle_id, None)
+        self._held.pop(vehicle_id, None)
         self._forget_lanes(vehicle_id)
         self._easing.end(vehicle_id)
 
@@ -115,6 +136,9 @@ class Bindings:
                 raise WorldError(f"vehicle {vehicle_id!r} is placed but not bound; bind it first")
         if not before.ids:
             return
+        for target in self._held.values():
+            if target.vehicle_id in before.index_of:
+                self._free.write(target)
         rows = np.array([before.index_of.get(vehicle_id, -1) for vehicle_id in placement.ids], np.int64)
         ends_route = self._ends_route(placement, before, rows)
         in_lane = self._in_lane(placement, before, rows)

@@ -156,6 +156,21 @@ class SumoWorld:
             raise WorldError(f"vehicle {vehicle_id!r} is not bound")
         self._bindings.bound[vehicle_id].kind = coupling
 
+    def immobilise(self, vehicle_id: str) -> None:
+        """Hold a vehicle that is not bound where it is now, for good or until it is bound.
+
+        Raises:
+            WorldError: SUMO has no such vehicle now, or it is bound.
+        """
+        session = self._open()
+        if vehicle_id in self._bindings.bound:
+            raise WorldError(f"vehicle {vehicle_id!r} is bound: it is held by placing it")
+        row = self._snapshot.index_of.get(vehicle_id)
+        if row is None:
+            raise WorldError(f"SUMO has no vehicle {vehicle_id!r} at {self._snapshot.time_s} s")
+        with session.failures():
+            self._bindings.hold(vehicle_id, self._snapshot, row)
+
     def step(self, placement: Placement) -> Snapshot:
         """Advance SUMO by one step with the bound vehicles where ``placement`` says.
 
