@@ -24,8 +24,10 @@ from types import ModuleType
 
 import hypothesis
 import hypothesis.stateful
-import numpy as np  # noqa: F401 - imported here, so that no mutant's process has to
+import numba  # noqa: F401 - imported here, so that no mutant's process has to; likewise below
+import numpy as np  # noqa: F401
 import pytest
+import ruckig  # noqa: F401
 
 OPTIONS = (
     *("-x", "-q", "--no-header", "--tb=no", "-p", "no:cacheprovider"),

@@ -6,9 +6,12 @@ import math
 
 import pytest
 
+from jaus.address import ComponentId, JausAddress
+from jaus.component import StatusCommand
 from tests.xgv_cosim.simulation.bare_world import Car, simulation
-from xgv_cosim.actuation import Lateral, Longitudinal
-from xgv_cosim.commands import CommandKind
+from xgv_cosim.actuation import Gear, Lateral, Longitudinal
+from xgv_cosim.commands import CommandKind, DiscreteDevices
+from xgv_cosim.endpoint import CommandStatus, DevicesCommanded, RequestControl
 from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.simulation import Simulation, commanding, safety
 from xgv_cosim.vehicles.xgv.safestop import SafeStopSettings
@@ -88,6 +91,34 @@ def test_a_freeze_puts_off_commands_and_the_endpoints_deadlines_by_its_length_xg
     bench.at(1.3).apply(InjectionKind.DOOR)  # and not again
     assert bench.fleet.command.expires_s[0] == pytest.approx(expires_s + 0.25)
     assert bench.car.endpoint.next_deadline_s == pytest.approx(deadline_s + 0.25)
+
+
+def test_what_happens_during_a_freeze_puts_nothing_off_a_second_time_xgv_67() -> None:
+    bench = Bench()
+    expires_s = bench.fleet.command.expires_s[0]
+    bench.apply(FROZEN)
+    bench.at(1.5).apply(InjectionKind.DOOR)
+    assert bench.fleet.command.expires_s[0] == expires_s
+    bench.at(2.0).apply(FROZEN, begins=False)
+    assert bench.fleet.command.expires_s[0] == pytest.approx(expires_s + 1.0)
+
+
+@pytest.mark.parametrize(("bits", "takes_gears"), [(0, True), (1, True), (2, False)])
+def test_a_controller_that_boots_knows_who_has_the_gear_xgv_32_xgv_41(bits: int, takes_gears: bool) -> None:
+    """Bit 1 of the partial mode, manual speed: with the speed the human has the gear."""
+    bench = Bench()
+    bench.fleet.partial_mode[0] = bits
+    bench.apply(INACTIVE)
+    bench.at(2.0).apply(INACTIVE, begins=False)
+    alice, endpoint = JausAddress(1, 2, 4, 1), bench.car.endpoint
+    for message in (
+        RequestControl(ComponentId.PRIMITIVE_DRIVER, 6),
+        CommandStatus(ComponentId.PRIMITIVE_DRIVER, StatusCommand.RESUME),
+    ):
+        endpoint.receive(message, alice, 2.0)
+    endpoint.safety_mode_entered(1, 2.0)
+    events = endpoint.receive(DiscreteDevices(gear=Gear.NEUTRAL), alice, 2.0)
+    assert any(isinstance(event, DevicesCommanded) for event in events) == takes_gears
 
 
 def test_a_controller_that_goes_inactive_has_no_command_no_modes_and_boots_anew_xgv_01_xgv_32() -> None:
