@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from xgv_cosim.condition import Condition
+from xgv_cosim.traveller import Traveller
 
 
 class InjectionKind(StrEnum):
@@ -77,8 +78,8 @@ class Injection:
     kind: InjectionKind
     vehicle_ids: tuple[str, ...] = ()
     """Vehicles named outright; one that is not bound then is an event of its own."""
-    matches: Callable[[str, str], bool] | None = None
-    """(vehicle id, type id) -> chosen; asked of the vehicles that are bound when it begins."""
+    matches: Callable[[Traveller], bool] | None = None
+    """Says who is chosen; asked of the vehicles that are bound when it begins."""
     end_tick: int | None = None
     """Control tick on which it ends; None: it stays (latching is the vehicle's business)."""
     code: int | None = None

@@ -27,6 +27,7 @@ from xgv_cosim.scenario.script_rows import bind_row, injection_row, script_scena
 from xgv_cosim.scenario.script_rules import ScriptRules, StackMaker
 from xgv_cosim.simulation import Binding, Observer, Simulation, VehicleHandle, lifecycle, triggers
 from xgv_cosim.snapshot import Snapshot
+from xgv_cosim.traveller import Traveller
 from xgv_cosim.worlds.sumo.attached import AttachedSimulation, seed_of, step_length_s
 from xgv_cosim.worlds.sumo.attaching import hold_of
 from xgv_cosim.worlds.sumo.world import SumoWorld
@@ -308,16 +309,16 @@ class Plugin:
             self._warn(simulation.world.messages, SumoOptionsWarning)
         return self._simulation
 
-    def _selected(self, vehicle_id: str, type_id: str) -> Binding | None:
-        return None if vehicle_id in self._released else self._rules.select(vehicle_id, type_id)
+    def _selected(self, who: Traveller) -> Binding | None:
+        return None if who.vehicle_id in self._released else self._rules.select(who)
 
     def _bind_present(self, simulation: Simulation) -> None:
         """Bind those who drive already and whom a newer row of ``bind`` means."""
-        snapshot = simulation.snapshot
-        for vehicle_id, type_id in zip(snapshot.ids, snapshot.type_ids, strict=True):
+        tick = simulation.state.clock.tick
+        for vehicle_id in simulation.snapshot.ids:
             if vehicle_id in simulation.state.vehicles:
                 continue
-            binding, tick = self._selected(vehicle_id, type_id), simulation.state.clock.tick
+            binding = self._selected(simulation.world.traveller(vehicle_id))
             if binding is None or (binding.until_tick is not None and binding.until_tick <= tick):
                 continue
             if binding.from_tick > tick:

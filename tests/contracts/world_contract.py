@@ -106,6 +106,11 @@ class WorldContract(ABC):
             if column.name not in SNAPSHOT_LISTS:
                 assert len(getattr(moving, column.name)) == len(moving.ids), column.name
 
+    def test_it_tells_who_a_vehicle_is(self, world: World, moving: Snapshot) -> None:
+        for name, type_id in zip(moving.ids, moving.type_ids, strict=True):
+            who = world.traveller(name)
+            assert (who.vehicle_id, who.type_id) == (name, type_id)
+
     def test_vehicles_lie_on_the_lane_that_the_road_tells(self, world: World, moving: Snapshot) -> None:
         points = world.road.points_ahead(moving.lane, moving.lane_position_m, moving.next_lane)
         away_m = np.hypot(points.x_m - moving.front_x_m, points.y_m - moving.front_y_m)

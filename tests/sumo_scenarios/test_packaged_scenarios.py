@@ -15,8 +15,9 @@ from xgv_cosim.scenario.files import file_problems
 from xgv_cosim.scenario.loading import load_scenario
 from xgv_cosim.scenario.model import json_schema
 from xgv_cosim.scenario.selection import matches
+from xgv_cosim.traveller import Traveller
 
-NAMES = ("freeway_estop", "hello")
+NAMES = ("curve", "freeway_estop", "hello", "link_loss", "merge", "urban_grid")
 
 
 def test_lists_every_scenario_by_name():
@@ -42,7 +43,7 @@ def test_is_valid_by_model_and_by_schema_and_names_files_that_exist(name):
 
 
 def test_unknown_name_says_what_there_is():
-    with pytest.raises(LookupError, match=r"no packaged scenario 'helo'; there are: freeway_estop, hello"):
+    with pytest.raises(LookupError, match=r"no packaged scenario 'helo'; there are: curve, freeway_estop, hello, link_loss, merge, urban_grid"):
         sumo_scenarios.load("helo")
 
 
@@ -54,7 +55,7 @@ def test_freeway_estop_injects_the_five_stops_far_apart_on_bound_vehicles():
     assert min(b - a for a, b in itertools.pairwise(times)) >= 10.0
     for row in scenario.injections:
         assert isinstance(row.vehicles, str)
-        assert matches(scenario.bind[0].vehicles, row.vehicles, "xgv", scenario.seed)
+        assert matches(scenario.bind[0].vehicles, Traveller(row.vehicles, "xgv"), scenario.seed)
         assert any(expected.vehicle == row.vehicles and expected.mode for expected in scenario.expect)
 
 

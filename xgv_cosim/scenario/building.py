@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from xgv_cosim.actuation import Driver
 from xgv_cosim.clock import tick_at_or_after
@@ -21,7 +21,9 @@ from xgv_cosim.scenario.selection import binding_of, matches
 from xgv_cosim.scenario.stacks import new_link_of
 from xgv_cosim.simulation import Binding, Observer, Simulation
 from xgv_cosim.simulation.binding import Selector, StartKind
+from xgv_cosim.simulation.painting import ModePainter
 from xgv_cosim.simulation.requests import PARTIAL_NAMES
+from xgv_cosim.traveller import Traveller
 from xgv_cosim.vehicles.base import VehicleProfile
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 from xgv_cosim.worlds.base import World
@@ -29,6 +31,13 @@ from xgv_cosim.worlds.sumo.world import SumoWorld
 
 _DRIVERS = {"none": Driver.NONE, "rider": Driver.RIDER, "world": Driver.WORLD}
 _WILDCARDS = frozenset("*?[")
+
+
+class WindowOptions(NamedTuple):
+    """How a run is shown."""
+
+    delay_ms: float | None = None
+    """Wall time of each step at least; None: as long as it simulates."""
 
 
 class ScenarioSimulation(Simulation):
@@ -67,12 +76,8 @@ class ScenarioSimulation(Simulation):
         """
         section = bind_row(vehicles, {}, row)
         binding = binding_from(section, self._profile, self._environment, self._folder)
-        present = zip(self.snapshot.ids, self.snapshot.type_ids, strict=True)
-        matching = [
-            name
-            for name, type_id in present
-            if name not in self.vehicle_ids and matches(section.vehicles, name, type_id, self._seed)
-        ]
+        present = [self.world.traveller(name) for name in self.snapshot.ids if name not in self.vehicle_ids]
+        matching = [who.vehicle_id for who in present if matches(section.vehicles, who, self._seed)]
         chosen = tuple(dict.fromkeys((*named_vehicles(section.vehicles), *matching)))
         if not chosen:
             raise ScenarioError(f"bind: no unbound vehicle matches {', '.join(vehicles)} at {self.now_s:g} s")
@@ -81,20 +86,30 @@ class ScenarioSimulation(Simulation):
         return chosen
 
 
-def build(scenario: Scenario, observers: Sequence[Observer] = ()) -> ScenarioSimulation:
+def build(
+    scenario: Scenario, observers: Sequence[Observer] = (), window: WindowOptions | None = None
+) -> ScenarioSimulation:
     """Return the simulation of a scenario, its world opened and before its first step.
+
+    Args:
+        scenario: The scenario.
+        observers: Recorders and metrics.
+        window: Show it in a window of sumo-gui, bound vehicles in the colours of their modes.
 
     Raises:
         ScenarioError: A preset is unknown, or a binding cannot be made.
         WorldError: SUMO cannot start, or runs in this process already.
     """
     sumo = scenario.world.sumo
-    world = SumoWorld.headless(
+    opens = SumoWorld.headless if window is None else partial(SumoWorld.windowed, delay_ms=window.delay_ms)
+    world = opens(
         scenario.source.folder / sumo.config,
         step_s=scenario.step_s,
         seed=scenario.seed,
         options=sumo.options,
     )
+    if window is not None:
+        observers = [*observers, ModePainter(world.paint, profile_of(scenario).safety_mode_name)]
     try:
         return ScenarioSimulation(scenario, world, observers)
     except BaseException:
@@ -113,8 +128,8 @@ def selector_of(scenario: Scenario, profile: VehicleProfile) -> Selector:
     environment, folder = scenario.world.environment, scenario.source.folder
     made = {id(row): binding_from(row, profile, environment, folder) for row in scenario.bind}
 
-    def select(vehicle_id: str, type_id: str) -> Binding | None:
-        row = binding_of(scenario.bind, vehicle_id, type_id, scenario.seed)
+    def select(who: Traveller) -> Binding | None:
+        row = binding_of(scenario.bind, who, scenario.seed)
         return None if row is None else made[id(row)]
 
     return select
@@ -172,8 +187,8 @@ def injection_of(row: InjectionSection, seed: int) -> Injection:
         return Injection(begin, row.kind, end_tick=end, code=row.code, transmitter=row.transmitter or "")
 
     @cache
-    def chosen(vehicle_id: str, type_id: str) -> bool:
-        return matches(selector, vehicle_id, type_id, seed)
+    def chosen(who: Traveller) -> bool:
+        return matches(selector, who, seed)
 
     named = named_vehicles(selector)
     return Injection(begin, row.kind, named, chosen, end, row.code, condition=condition)

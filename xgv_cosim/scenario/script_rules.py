@@ -15,6 +15,7 @@ from xgv_cosim.scenario.building import binding_from, injection_of, profile_of
 from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
 from xgv_cosim.scenario.selection import matches
 from xgv_cosim.simulation import Binding
+from xgv_cosim.traveller import Traveller
 
 StackMaker = Callable[[str], Stack]
 """Makes the stack of a vehicle from its id."""
@@ -80,10 +81,10 @@ class ScriptRules:
             rule.binding, rule.has_bound = self._ready(rule.section, rule.maker), False
         return [injection_of(section, seed) for section in self._injections]
 
-    def select(self, vehicle_id: str, type_id: str) -> Binding | None:
+    def select(self, who: Traveller) -> Binding | None:
         """Return how a vehicle is bound by the first row that means it, None: not at all."""
-        for rule in (self._again[vehicle_id],) if vehicle_id in self._again else self._bind:
-            if matches(rule.section.vehicles, vehicle_id, type_id, self._seed):
+        for rule in (self._again[who.vehicle_id],) if who.vehicle_id in self._again else self._bind:
+            if matches(rule.section.vehicles, who, self._seed):
                 rule.has_bound = True
                 return rule.binding
         return None

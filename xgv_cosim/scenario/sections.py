@@ -55,6 +55,10 @@ class VehicleQuery(Section):
 
     type: Annotated[str, Field(min_length=1)] | None = None
     """The world's vehicle type (in SUMO: vType), or a pattern such as ``xgv_*``."""
+    route: Annotated[str, Field(min_length=1)] | None = None
+    """The world's name of the route, or a pattern; SUMO's trips have none of note, see ``via``."""
+    via: Annotated[str, Field(min_length=1)] | None = None
+    """A section of road (in SUMO: edge) that the vehicle's route passes."""
     share: Annotated[float, Field(gt=0, le=1)] | None = None
     """Share of the vehicles, more than 0 up to 1; each vehicle is drawn by its id and the seed."""
     seed: Annotated[int, Field(ge=0)] | None = None
@@ -62,8 +66,8 @@ class VehicleQuery(Section):
 
     @model_validator(mode="after")
     def _asks_for_something(self) -> Self:
-        if self.type is None and self.share is None:
-            raise ValueError("expected 'type', 'share' or both")
+        if all(value is None for value in (self.type, self.route, self.via, self.share)):
+            raise ValueError("expected at least one of 'type', 'route', 'via', 'share'")
         if self.seed is not None and self.share is None:
             raise ValueError("'seed' goes with 'share'; add 'share' or remove 'seed'")
         return self
@@ -134,7 +138,7 @@ class BindSection(Section):
     """Vehicles of the traffic that become emulated drive-by-wire vehicles."""
 
     vehicles: Selector
-    """Which vehicles: an id or pattern, a list of them, ``{type: ...}`` or ``{share: ..., seed: ...}``."""
+    """Which vehicles: an id or pattern, a list of them, or a mapping of type, route, via, share, seed."""
     profile: Literal["xgv"] = "xgv"
     """Make of vehicle."""
     preset: Annotated[str, Field(min_length=1)] = "ford_escape_hybrid"

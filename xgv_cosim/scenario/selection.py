@@ -1,4 +1,4 @@
-"""Which vehicles a selector means: by id, pattern, type or share.
+"""Which vehicles a selector means: by id, pattern, type, route or share.
 
 A share draws each vehicle by its own id and the seed alone, so the answer for one vehicle never
 depends on which others there are, nor on the order in which they come.
@@ -11,45 +11,43 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from xgv_cosim.scenario.model import BindSection, Selector, VehicleQuery
+from xgv_cosim.traveller import Traveller
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
 
-def matches(selector: Selector, vehicle_id: str, type_id: str, seed: int) -> bool:
+def matches(selector: Selector, who: Traveller, seed: int) -> bool:
     """Return whether a selector means this vehicle.
 
     Args:
         selector: An id or pattern (``*``, ``?``, ``[...]``), several of them, or a ``VehicleQuery``.
-        vehicle_id: Id of the vehicle.
-        type_id: The world's type of the vehicle.
+        who: The vehicle.
         seed: The scenario's seed, for a share that has none of its own.
     """
     if isinstance(selector, str):
-        return fnmatchcase(vehicle_id, selector)
+        return fnmatchcase(who.vehicle_id, selector)
     if isinstance(selector, VehicleQuery):
-        if selector.type is not None and not fnmatchcase(type_id, selector.type):
-            return False
-        if selector.share is None:
-            return True
-        return draw(vehicle_id, seed if selector.seed is None else selector.seed) < selector.share
-    return any(fnmatchcase(vehicle_id, pattern) for pattern in selector)
+        return _meets(selector, who, seed)
+    return any(fnmatchcase(who.vehicle_id, pattern) for pattern in selector)
 
 
-def select(selector: Selector, vehicles: Iterable[tuple[str, str]], seed: int) -> tuple[str, ...]:
-    """Return the ids of the vehicles that a selector means, in the order given.
+def _meets(query: VehicleQuery, who: Traveller, seed: int) -> bool:
+    """Return whether all conditions hold that the query has."""
+    if query.type is not None and not fnmatchcase(who.type_id, query.type):
+        return False
+    if query.route is not None and not fnmatchcase(who.route_id, query.route):
+        return False
+    if query.via is not None and query.via not in who.edges:
+        return False
+    if query.share is None:
+        return True
+    return draw(who.vehicle_id, seed if query.seed is None else query.seed) < query.share
 
-    Args:
-        selector: See ``matches``.
-        vehicles: (id, type) of each vehicle.
-        seed: The scenario's seed.
-    """
-    return tuple(name for name, type_id in vehicles if matches(selector, name, type_id, seed))
 
-
-def binding_of(bind: Sequence[BindSection], vehicle_id: str, type_id: str, seed: int) -> BindSection | None:
+def binding_of(bind: Sequence[BindSection], who: Traveller, seed: int) -> BindSection | None:
     """Return the first row of ``bind`` that means this vehicle, or None."""
-    return next((row for row in bind if matches(row.vehicles, vehicle_id, type_id, seed)), None)
+    return next((row for row in bind if matches(row.vehicles, who, seed)), None)
 
 
 def draw(vehicle_id: str, seed: int) -> float:

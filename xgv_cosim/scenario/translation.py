@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Place = Callable[[Path], str]
 
-_SELECTOR_SHAPES = "an id or pattern, a list of them, {type: ...} or {share: ..., seed: ...}"
+_SELECTOR_SHAPES = "an id or pattern, a list of them, or {type: ..., route: ..., via: ..., share: ...}"
 _LIMITS = {
     "greater_than": ("gt", "more than {}"),
     "greater_than_equal": ("ge", "{} or more"),

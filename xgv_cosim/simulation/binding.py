@@ -12,6 +12,7 @@ from xgv_cosim.endpoint import Endpoint
 from xgv_cosim.links.base import Link
 from xgv_cosim.parameters import VehicleParameters
 from xgv_cosim.perception import ModeView
+from xgv_cosim.traveller import Traveller
 from xgv_cosim.vehicles.base import SafetyDevices, VehicleProfile
 
 
@@ -50,17 +51,15 @@ class Binding:
     """Control tick on which they are given back to the world's driver; None: never."""
 
 
-Selector = Callable[[str, str], Binding | None]
-"""(vehicle id, type id) -> how to bind it, None: not at all."""
+Selector = Callable[[Traveller], Binding | None]
+"""Says how to bind a vehicle, None: not at all."""
 
 
 @dataclass(slots=True)
 class BoundVehicle:
     """The objects of one bound vehicle; its numbers live in ``Fleet``."""
 
-    vehicle_id: str
-    type_id: str
-    """The world's vehicle type."""
+    traveller: Traveller
     slot: int
     binding: Binding
     endpoint: Endpoint
@@ -77,6 +76,11 @@ class BoundVehicle:
     """Since when what lasts without effect does: (kind, what) -> simulation time (XGV-41, XGV-68)."""
     last_view: ModeView | None = None
     """What the vehicle reported last; a silent controller reports nothing new."""
+
+    @property
+    def vehicle_id(self) -> str:
+        """Return its id in the world."""
+        return self.traveller.vehicle_id
 
     @property
     def is_computing(self) -> bool:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from xgv_cosim.injection import Injection, InjectionKind
+from xgv_cosim.traveller import Traveller
 
 OPERATOR = -1
 """Source number of requests made through a vehicle handle."""
@@ -53,12 +54,12 @@ class Devices:
         """Return the scheduled ticks in ``[first, last)``."""
         return [tick for tick in self._ticks if first <= tick < last]
 
-    def due(self, tick: int, bound: Sequence[tuple[str, str]]) -> list[Edge]:
+    def due(self, tick: int, bound: Sequence[Traveller]) -> list[Edge]:
         """Return the edges scheduled for ``tick``, in the order of the schedule.
 
         Args:
             tick: Control tick.
-            bound: (vehicle id, type id) of the vehicles bound now, from which patterns choose.
+            bound: The vehicles bound now, from which patterns choose.
         """
         edges: list[Edge] = []
         for source, injection, begins in self._schedule.get(tick, []):
@@ -108,7 +109,7 @@ class Devices:
         return tuple(self._acting.get(vehicle_id, ()))
 
 
-def _chosen(injection: Injection, bound: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+def _chosen(injection: Injection, bound: Sequence[Traveller]) -> tuple[str, ...]:
     """Return the vehicles an injection acts on: those named, then those bound that match."""
-    matching = [name for name, kind in bound if injection.matches and injection.matches(name, kind)]
+    matching = [who.vehicle_id for who in bound if injection.matches and injection.matches(who)]
     return tuple(dict.fromkeys((*injection.vehicle_ids, *matching)))

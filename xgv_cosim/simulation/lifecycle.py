@@ -61,7 +61,7 @@ def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapsh
         row = snapshot.index_of.get(vehicle_id)
         if row is None or vehicle_id in state.vehicles:
             continue
-        binding = expected or selector(vehicle_id, snapshot.type_ids[row])
+        binding = expected or selector(world.traveller(vehicle_id))
         if binding is None or (binding.until_tick is not None and binding.until_tick <= tick):
             continue
         if binding.from_tick > tick:
@@ -107,8 +107,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
     slot = state.fleet.occupy(vehicle_id)
     fill_row(state.fleet, slot, snapshot, row, binding)
     vehicle = BoundVehicle(
-        vehicle_id=vehicle_id,
-        type_id=snapshot.type_ids[row],
+        traveller=world.traveller(vehicle_id),
         slot=slot,
         binding=binding,
         endpoint=binding.profile.new_endpoint(vehicle_id, state.now_s),

@@ -56,7 +56,7 @@ def apply_scheduled(state: RunState, world: World, tick: int) -> None:
     """
     if not state.devices.ticks_between(tick, tick + 1):
         return
-    bound = [(vehicle.vehicle_id, vehicle.type_id) for vehicle in state.vehicles]
+    bound = [vehicle.traveller for vehicle in state.vehicles]
     edges = state.devices.due(tick, bound)
     for edge in edges:
         name = edge.vehicle_id

@@ -96,7 +96,7 @@ def _chooses(injection: Injection, vehicle: BoundVehicle) -> bool:
     name = vehicle.vehicle_id
     if name in injection.vehicle_ids:
         return True
-    return injection.matches is not None and injection.matches(name, vehicle.type_id)
+    return injection.matches is not None and injection.matches(vehicle.traveller)
 
 
 def _other_is_in_mode(state: RunState, condition: Condition) -> bool:

@@ -10,6 +10,7 @@ from xgv_cosim.columns import BoolColumn, FloatColumn
 from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.surroundings import Surroundings
+from xgv_cosim.traveller import Traveller
 
 
 class Placement(NamedTuple):
@@ -48,6 +49,10 @@ class World(Protocol):
 
     def knows(self, vehicle_id: str) -> bool:
         """Return whether the vehicle is in the world, or known to come."""
+        ...
+
+    def traveller(self, vehicle_id: str) -> Traveller:
+        """Return who a vehicle is that is in the world now."""
         ...
 
     def start(self) -> Snapshot:

@@ -71,7 +71,7 @@ def test_good_file_loads_with_its_source(in_folder):
         ("duration_s: 30", "duration_s: true", "s.yaml:3:13: duration_s: got true, expected a number (seconds)"),
         ("duration_s: 30", "duration_s: 30\nseed: 1.5", "s.yaml:4:7: seed: got 1.5, expected a whole number"),
         ("vehicles: xgv_*", "vehicles: 7", "s.yaml:6:15: bind.0.vehicles: got 7, expected an id or pattern"),
-        ("vehicles: xgv_*", "vehicles: {}", "s.yaml:6:15: bind.0.vehicles: expected 'type', 'share' or both"),
+        ("vehicles: xgv_*", "vehicles: {}", "s.yaml:6:15: bind.0.vehicles: expected at least one of 'type', 'route', 'via', 'share'"),
         ("vehicles: xgv_*", "vehicles: {share: 1.5}", "s.yaml:6:23: bind.0.vehicles.share: got 1.5, expected 1 or less"),
         ("vehicles: xgv_*", "vehicles: []", "s.yaml:6:15: bind.0.vehicles: got [], expected at least one entry"),
         ("- vehicles: xgv_*", "- 7", "s.yaml:6:5: bind.0: got 7, expected a mapping of keys"),

@@ -9,12 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from xgv_cosim.scenario.model import BindSection, VehicleQuery
-from xgv_cosim.scenario.selection import binding_of, draw, matches, select
+from xgv_cosim.scenario.selection import binding_of, draw, matches
+from xgv_cosim.traveller import Traveller
 
 if TYPE_CHECKING:
     import random
 
-FLEET = [(f"veh_{number}", "xgv" if number % 2 else "car") for number in range(2000)]
+FLEET = [Traveller(f"veh_{number}", "xgv" if number % 2 else "car") for number in range(2000)]
+
+
+def select(selector, vehicles, seed):
+    return tuple(who.vehicle_id for who in vehicles if matches(selector, who, seed))
 
 
 @pytest.mark.parametrize(
@@ -34,7 +39,25 @@ FLEET = [(f"veh_{number}", "xgv" if number % 2 else "car") for number in range(2
     ],
 )
 def test_ids_patterns_lists_and_types(selector, vehicle_id, type_id, expected):
-    assert matches(selector, vehicle_id, type_id, seed=1) is expected
+    assert matches(selector, Traveller(vehicle_id, type_id), seed=1) is expected
+
+
+@pytest.mark.parametrize(
+    ("query", "expected"),
+    [
+        (VehicleQuery(route="north"), True),
+        (VehicleQuery(route="nor*"), True),
+        (VehicleQuery(route="south"), False),
+        (VehicleQuery(via="e2"), True),
+        (VehicleQuery(via="e"), False),
+        (VehicleQuery(via="e9"), False),
+        (VehicleQuery(route="north", via="e3", type="car"), True),
+        (VehicleQuery(route="north", via="e3", type="bus"), False),
+        (VehicleQuery(via="e1", share=1.0), True),
+    ],
+)
+def test_routes_by_name_and_by_an_edge_they_pass(query, expected):
+    assert matches(query, Traveller("a", "car", "north", ("e1", "e2", "e3")), seed=1) is expected
 
 
 @given(share=st.floats(0.02, 1.0), seed=st.integers(0, 2**31 - 1))
@@ -52,7 +75,7 @@ def test_a_share_depends_neither_on_order_nor_on_the_other_vehicles(seed, order:
     fleet = FLEET[:200]
     whole = set(select(query, fleet, seed=0))
     some = order.sample(fleet, keep)
-    assert set(select(query, some, seed=99)) == whole & {name for name, _ in some}
+    assert set(select(query, some, seed=99)) == whole & {who.vehicle_id for who in some}
 
 
 @given(seed=st.integers(0, 1000), smaller=st.floats(0.01, 0.5), larger=st.floats(0.5, 1.0))
@@ -79,16 +102,16 @@ def test_draws_are_the_same_on_every_machine():
 def test_type_and_share_must_both_hold():
     chosen = select(VehicleQuery(type="xgv", share=0.5, seed=3), FLEET, seed=0)
     everyone = select(VehicleQuery(share=0.5, seed=3), FLEET, seed=0)
-    types = dict(FLEET)
+    types = {who.vehicle_id: who.type_id for who in FLEET}
     assert chosen == tuple(name for name in everyone if types[name] == "xgv")
 
 
 def test_the_first_row_that_matches_counts():
     first = BindSection(vehicles="xgv_0", driver="none")
     second = BindSection(vehicles="xgv_*")
-    assert binding_of((first, second), "xgv_0", "t", 1) is first
-    assert binding_of((first, second), "xgv_1", "t", 1) is second
-    assert binding_of((first, second), "car", "t", 1) is None
+    assert binding_of((first, second), Traveller("xgv_0", "t"), 1) is first
+    assert binding_of((first, second), Traveller("xgv_1", "t"), 1) is second
+    assert binding_of((first, second), Traveller("car", "t"), 1) is None
 
 
 DRAW_VEH_0_SEED_1 = 0.5849666581285541

@@ -21,6 +21,7 @@ HELLO = Path(__file__).parents[3] / "sumo_scenarios" / "hello" / "hello.sumocfg"
         ("xgv_*", "xgv_*"),
         ("a,b", ("a", "b")),
         ("share=0.25", VehicleQuery(share=0.25)),
+        ("via=road,route=r_*", VehicleQuery(via="road", route="r_*")),
         ("type=bus*,share=0.5,seed=7", VehicleQuery(type="bus*", share=0.5, seed=7)),
     ],
 )

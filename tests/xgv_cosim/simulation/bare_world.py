@@ -23,6 +23,7 @@ from xgv_cosim.road import LanePoints
 from xgv_cosim.simulation import Binding, Simulation
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.surroundings import Surroundings, plain_surroundings
+from xgv_cosim.traveller import Traveller
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 from xgv_cosim.worlds.base import Placement
@@ -77,6 +78,9 @@ class BareWorld:
 
     def knows(self, vehicle_id: str) -> bool:
         return vehicle_id in self._cars
+
+    def traveller(self, vehicle_id: str) -> Traveller:
+        return Traveller(vehicle_id, "xgv")
 
     def start(self) -> Snapshot:
         return self._snapshot()
@@ -204,4 +208,4 @@ def simulation(
         for name, car in cars.items()
     }
     world = BareWorld(cars, step_s)
-    return Simulation(world, lambda name, _: bindings[name], injections, step_s=step_s)
+    return Simulation(world, lambda who: bindings[who.vehicle_id], injections, step_s=step_s)

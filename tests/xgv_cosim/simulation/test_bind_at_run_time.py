@@ -86,6 +86,25 @@ def test_a_scenario_binds_from_a_time_until_a_time() -> None:
     assert kinds(run, "xgv_0", "bound", "released") == [(2.1, "bound"), (4.0, "released")]
 
 
+def test_vehicles_are_chosen_by_their_route_and_by_an_edge_that_it_passes() -> None:
+    rows = ["bind.0.vehicles={route: from_e6}", "injections=[]", "expect=[]"]
+    with xgv_cosim.simulate("freeway_estop", set=rows) as run:
+        run.step()
+        assert run.vehicle_ids == ()  # nobody starts so far on
+        assert run.bind("xgv_23") == ("xgv_23",)
+    rows = ["bind.0.vehicles={route: 'from_e[45]', via: e5, type: xgv}", "injections=[]", "expect=[]"]
+    with xgv_cosim.simulate("freeway_estop", set=rows) as run:
+        run.step()
+        lanes = [run.world.road.lane_ids[lane] for lane in run.snapshot.lane.tolist()]
+        later = {
+            name
+            for name, lane in zip(run.snapshot.ids, lanes, strict=True)
+            if name.startswith("xgv") and lane[:2] in {"e4", "e5"}
+        }
+        assert later
+        assert set(run.vehicle_ids) == later
+
+
 def test_who_departs_after_the_end_is_not_bound() -> None:
     rows = ["bind.0.vehicles=inflow_*", "bind.0.until_s=1.5", "injections=[]", "expect=[]"]
     with xgv_cosim.simulate("freeway_estop", set=rows) as run:

@@ -15,6 +15,7 @@ from xgv_cosim.simulation.exchange import heading_ease
 from xgv_cosim.simulation.reporting import note_world
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Collision, Snapshot
+from xgv_cosim.traveller import Traveller
 
 
 def test_a_vacated_slot_is_as_new_and_is_used_again() -> None:
@@ -55,16 +56,16 @@ def test_sources_hold_together_and_patterns_choose_when_the_injection_begins() -
     devices = Devices(
         [
             Injection(5, door, ("a",), end_tick=9),
-            Injection(6, door, matches=lambda name, kind: kind == "xgv", end_tick=8),
+            Injection(6, door, matches=lambda who: who.type_id == "xgv", end_tick=8),
         ]
     )
-    bound = [("a", "xgv"), ("b", "xgv"), ("c", "car")]
+    bound = [Traveller("a", "xgv"), Traveller("b", "xgv"), Traveller("c", "car")]
     assert devices.ticks_between(0, 100) == [5, 6, 8, 9]
     assert devices.due(5, bound) == [Edge("a", door, None, begins=True)]
     assert devices.due(6, bound) == [Edge("b", door, None, begins=True)]
     assert devices.acting_on("b") == ((door, None),)
     assert devices.change(OPERATOR, "b", door, begins=True) == []
-    assert devices.due(8, [*bound, ("d", "xgv")]) == []  # b is still held, d came too late
+    assert devices.due(8, [*bound, Traveller("d", "xgv")]) == []  # b is still held, d came too late
     assert devices.change(OPERATOR, "b", door, begins=False) == [Edge("b", door, None, begins=False)]
     assert devices.due(9, bound) == [Edge("a", door, None, begins=False)]
     assert devices.acting_on("a") == ()

@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from xgv_cosim.errors import WorldError
+from xgv_cosim.traveller import Traveller
 from xgv_cosim.worlds.contacts import Contacts
 from xgv_cosim.worlds.sumo.bindings import Bindings
 from xgv_cosim.worlds.sumo.placed import as_placed
@@ -14,6 +15,7 @@ from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
 from xgv_cosim.worlds.sumo.surroundings import SurroundingsReader
+from xgv_cosim.worlds.sumo.window import Window
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -68,6 +70,29 @@ class SumoWorld:
         opener = partial(Session, config_file, step_s=step_s, seed=seed, options=options)
         return cls(opener, step_s, with_ghosts=with_ghosts)
 
+    @classmethod
+    def windowed(
+        cls,
+        config_file: Path,
+        *,
+        step_s: float,
+        seed: int,
+        options: tuple[str, ...] = (),
+        delay_ms: float | None = None,
+    ) -> SumoWorld:
+        """Return a world in a window of sumo-gui, in a process of its own.
+
+        Args:
+            config_file: See ``headless``; so the next three.
+            step_s: See ``headless``.
+            seed: See ``headless``.
+            options: See ``headless``.
+            delay_ms: Wall time of each step at least; None: as long as it simulates.
+        """
+        delay = 1000.0 * step_s if delay_ms is None else delay_ms
+        opens = partial(Window, config_file, step_s=step_s, seed=seed, options=options, delay_ms=delay)
+        return cls(opens, step_s)
+
     @property
     def road(self) -> SumoRoad:
         """Return the lanes.
@@ -97,6 +122,7 @@ class SumoWorld:
             self._road = SumoRoad.read(session.engine)
             self._bindings = Bindings(session.engine, self._road, self._step_s, with_ghosts=self._with_ghosts)
             self._contacts = Contacts(self._road.lane_ids)
+            self._own_colours: dict[str, tuple[int, int, int, int]] = {}
             self._reader = SnapshotReader(session, self._road)
             self._snapshot = self._reader.read(())
         self._surroundings = None
@@ -115,6 +141,22 @@ class SumoWorld:
         session = self._open()
         with session.failures():
             return from_a_flow or vehicle_id in session.engine.vehicle.getLoadedIDList()
+
+    def traveller(self, vehicle_id: str) -> Traveller:
+        """Return who a vehicle is that drives in SUMO now.
+
+        Raises:
+            WorldError: SUMO has no such vehicle, or the world is closed.
+        """
+        session = self._open()
+        with session.failures():
+            vehicle = session.engine.vehicle
+            return Traveller(
+                vehicle_id,
+                vehicle.getTypeID(vehicle_id),
+                vehicle.getRouteID(vehicle_id),
+                tuple(vehicle.getRoute(vehicle_id)),
+            )
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Take a vehicle of SUMO into the placement from the next step on.
@@ -141,7 +183,7 @@ class SumoWorld:
             raise WorldError(f"vehicle {vehicle_id!r} is not bound")
         with session.failures():
             if here or vehicle_id in session.engine.vehicle.getTeleportingIDList():
-                self._bindings.give_back(vehicle_id)
+                self._bindings.give_back(vehicle_id, self._snapshot)
             else:
                 self._bindings.forget(vehicle_id)
 
@@ -184,10 +226,11 @@ class SumoWorld:
             self._bindings.write(placement, self._snapshot)
         session.step()
         with session.failures():
-            self._bindings.ghosts.drop_lost()
+            self._bindings.after_step()
             snapshot = self._reader.read(
                 self._bindings.bound, self._bindings.take_notes(), self._bindings.ghosts.owner_of
             )
+            snapshot = self._bindings.headings.eased(self._snapshot, snapshot)
             self._snapshot = as_placed(
                 session.engine,
                 snapshot,
@@ -215,9 +258,29 @@ class SumoWorld:
                 self._surroundings = SurroundingsReader.of(session.engine, self._road)
             return self._surroundings.read(self._snapshot, vehicle_ids)
 
+    def paint(self, vehicle_id: str, rgb: tuple[int, int, int] | None) -> None:
+        """Give a vehicle of SUMO a colour in its window, or with None its own again; does nothing else.
+
+        Args:
+            vehicle_id: A vehicle that SUMO has now.
+            rgb: Red, green and blue, each 0 to 255.
+
+        Raises:
+            WorldError: SUMO has no such vehicle, or the world is closed.
+        """
+        session = self._open()
+        with session.failures():
+            vehicle = session.engine.vehicle
+            if vehicle_id not in self._own_colours:
+                self._own_colours[vehicle_id] = vehicle.getColor(vehicle_id)
+            vehicle.setColor(vehicle_id, self._own_colours[vehicle_id] if rgb is None else (*rgb, 255))
+
     def close(self) -> None:
         """End the simulation; does nothing when it is closed."""
         if self._session is not None:
+            if self._session.is_open:
+                with self._session.failures():
+                    self._bindings.settle()
             self._session.close()
             self._messages = self._session.messages
             self._session = None
