@@ -8,7 +8,7 @@ from pathlib import Path
 
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.runs import Progress, RunResult, run_scenario
-from xgv_cosim.scenario.building import ScenarioSimulation, build
+from xgv_cosim.scenario.building import ScenarioSimulation, WindowOptions, build
 from xgv_cosim.scenario.loading import load_scenario, override
 from xgv_cosim.scenario.model import Scenario
 from xgv_cosim.simulation import Observer
@@ -22,6 +22,8 @@ def simulate(
     bind: Sequence[str] = (),
     inject: Sequence[str] = (),
     observers: Sequence[Observer] = (),
+    gui: bool = False,
+    gui_delay_ms: float | None = None,
 ) -> ScenarioSimulation:
     """Open a scenario to be stepped by the caller; nothing is written to disk.
 
@@ -34,12 +36,15 @@ def simulate(
         bind: Further rows of ``bind``, as ``--bind`` takes them; not for a loaded scenario.
         inject: Further rows of ``injections``, as ``--inject`` takes them; not for a loaded scenario.
         observers: Told of each step and event.
+        gui: Show it in a window of sumo-gui (extra ``gui``).
+        gui_delay_ms: Wall time that each step in the window takes at least; None: as long as it simulates.
 
     Raises:
         ScenarioError: The scenario is not there, or wrong.
         WorldError: SUMO cannot start, or runs in this process already.
     """
-    return build(_loaded(scenario, seed, set, bind, inject), observers)
+    window = WindowOptions(gui_delay_ms) if gui else None
+    return build(_loaded(scenario, seed, set, bind, inject), observers, window)
 
 
 def run(
@@ -52,6 +57,8 @@ def run(
     inject: Sequence[str] = (),
     progress: Progress | None = None,
     report: bool = True,
+    gui: bool = False,
+    gui_delay_ms: float | None = None,
 ) -> RunResult:
     """Run a scenario to its end and return its result, whose ``folder`` holds all that was recorded.
 
@@ -64,6 +71,8 @@ def run(
         inject: Further rows of ``injections``, as ``--inject`` takes them; not for a loaded scenario.
         progress: Called after each step with (simulated seconds, seconds of the whole run).
         report: Write ``report.html`` too.
+        gui: See ``simulate``.
+        gui_delay_ms: See ``simulate``.
 
     Raises:
         ScenarioError: The scenario is not there, or wrong.
@@ -72,7 +81,8 @@ def run(
     """
     loaded = _loaded(scenario, seed, set, bind, inject)
     folder = default_folder(loaded) if out is None else Path(out)
-    result = run_scenario(loaded, folder, progress=progress)
+    window = WindowOptions(gui_delay_ms) if gui else None
+    result = run_scenario(loaded, folder, progress=progress, window=window)
     if report:
         from xgv_cosim.reports import write_report  # noqa: PLC0415 - drawing is dear to import
 

@@ -27,9 +27,16 @@ def run(
     inject: InjectionRows = None,
     *,
     keep_step: KeepStep = False,
+    gui: Annotated[
+        bool, typer.Option("--gui", help="Show it in sumo-gui, cars in the colours of their modes.")
+    ] = False,
+    gui_delay: Annotated[
+        float | None,
+        typer.Option(min=0, metavar="MS", help="Wall time of a step in the window; default: real time."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
-    """Run a scenario headless and write its run folder with report.html.
+    """Run a scenario and write its run folder with report.html; headless, unless --gui asks for a window.
 
     A SUMO configuration needs no scenario file: it is run from its begin to its end (300 s if it names
     none), with the vehicles of --bind bound and the events of --inject.
@@ -37,13 +44,15 @@ def run(
     from xgv_cosim.entry import default_folder  # noqa: PLC0415 - engines are dear to import
     from xgv_cosim.reports import write_report  # noqa: PLC0415 - likewise drawing
     from xgv_cosim.runs import RunStatus, run_scenario  # noqa: PLC0415
+    from xgv_cosim.scenario.building import WindowOptions  # noqa: PLC0415
     from xgv_cosim.scenario.loading import load_scenario  # noqa: PLC0415
 
     chosen = [*(overrides or []), *([] if seed is None else [f"seed={seed}"])]
     loaded = load_scenario(scenario, chosen, bind=bind or (), inject=inject or (), keep_step=keep_step)
+    window = WindowOptions(gui_delay) if gui else None
     folder = out if out is not None else default_folder(loaded)
     with progress_of(loaded.name, quiet=quiet) as progress:
-        result = run_scenario(loaded, folder, progress=progress)
+        result = run_scenario(loaded, folder, progress=progress, window=window)
     with working_on("drawing report.html", quiet=quiet):
         write_report(folder)
     if not quiet:

@@ -123,13 +123,18 @@ class AttachedSimulation:
             raise WorldError("the script has no simulation open; start SUMO first")
         self.engine: Engine = engine
         self.begin_s = float(engine.simulation.getTime())
-        self.is_open = True
+        self._is_closed = False
         self.messages = unsuitable_options(engine)
         self._hold = hold
         self._errors = errors_of(engine)
         self._over_socket = engine if isinstance(engine, OverSocket) else None
         if self._over_socket:
             self._over_socket.remember()
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether the script's simulation goes on, as far as the plugin knows."""
+        return not self._is_closed and self._hold.engine is not None
 
     def step(self) -> None:
         """Advance SUMO by one step; what SUMO raises in it is raised as it is, for the script to see."""
@@ -151,11 +156,11 @@ class AttachedSimulation:
         try:
             yield
         except self._errors as error:
-            self.is_open = False
+            self._is_closed = True
             if self._hold.engine is None:
                 raise
             raise WorldError(f"SUMO failed under the attached plugin: {error}") from error
 
     def close(self) -> None:
         """Let go of it; it stays the script's to end."""
-        self.is_open = False
+        self._is_closed = True

@@ -55,7 +55,30 @@ def _stderr_kept(kept: IO[bytes]) -> Iterator[None]:
         os.close(saved)
 
 
-def _sentence(*parts: str) -> str:
+def arguments(
+    config_file: Path, step_s: float, seed: int, options: tuple[str, ...], error_log: Path
+) -> list[str]:
+    """Return what SUMO is started with; see :class:`Session`.
+
+    Raises:
+        WorldConfigurationError: ``options`` holds one that is for the scenario to say.
+    """
+    fixed = {
+        "configuration-file": str(config_file),
+        "step-length": str(step_s),
+        "seed": str(seed),
+        "random": "false",  # else the configuration could ask for a seed from the clock
+        "error-log": str(error_log),
+    }
+    given = [with_rooted_files(option, config_file.parent) for option in parse_options(options)]
+    chosen = fixed | QUIET | SAFETY
+    for option in given:
+        chosen.pop(option.name, None)  # SUMO refuses an option that is given twice
+    own = [Option(name, value) for name, value in chosen.items()]
+    return [option.argument for option in (*own, *given)]
+
+
+def sentence(*parts: str) -> str:
     """Return SUMO's messages as one line, each once."""
     lines = [" ".join(line.split()) for part in parts for line in part.strip().splitlines()]
     return " ".join(dict.fromkeys(line for line in lines if line)) or "SUMO gave no reason"
@@ -95,19 +118,7 @@ class Session:
         self._folder = tempfile.TemporaryDirectory(prefix="xgv-cosim-sumo-")
         self._error_log = Path(self._folder.name) / "errors.txt"
         self._messages = ""
-        fixed = {
-            "configuration-file": str(config_file),
-            "step-length": str(step_s),
-            "seed": str(seed),
-            "random": "false",  # else the configuration could ask for a seed from the clock
-            "error-log": str(self._error_log),
-        }
-        given = [with_rooted_files(option, config_file.parent) for option in parse_options(options)]
-        chosen = fixed | QUIET | SAFETY
-        for option in given:
-            chosen.pop(option.name, None)  # SUMO refuses an option that is given twice
-        own = [Option(name, value) for name, value in chosen.items()]
-        self._start(["sumo", *(option.argument for option in (*own, *given))])
+        self._start(["sumo", *arguments(config_file, step_s, seed, options, self._error_log)])
         Session._opened = self
         self.begin_s = float(self.engine.simulation.getTime())
 
@@ -123,7 +134,7 @@ class Session:
                 said = kept.read().decode(errors="replace")
                 self._folder.cleanup()
                 raise WorldConfigurationError(
-                    f"SUMO cannot start {self.config_file}: {_sentence(str(error), said)}"
+                    f"SUMO cannot start {self.config_file}: {sentence(str(error), said)}"
                 ) from error
             kept.seek(0)
             self._messages = kept.read().decode(errors="replace")
@@ -165,7 +176,7 @@ class Session:
         except (self.engine.TraCIException, self.engine.FatalTraCIError) as error:
             self.close()
             said = [line for line in self.messages if line.startswith("Error")]
-            raise WorldError(f"SUMO failed in {self.config_file}: {_sentence(str(error), *said)}") from error
+            raise WorldError(f"SUMO failed in {self.config_file}: {sentence(str(error), *said)}") from error
 
     def close(self) -> None:
         """End the simulation; its messages stay readable. Does nothing when it is closed."""
