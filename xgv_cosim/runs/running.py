@@ -15,7 +15,7 @@ from xgv_cosim.recording.disk import fail
 from xgv_cosim.runs.interrupts import InterruptsBetweenSteps
 from xgv_cosim.runs.lock import write_lock
 from xgv_cosim.runs.result import RunOutcome, RunResult, RunStatus, result_of, write_result
-from xgv_cosim.scenario.building import build, named_vehicles, profile_of
+from xgv_cosim.scenario.building import WindowOptions, build, named_vehicles, profile_of
 from xgv_cosim.scenario.files import require_files
 from xgv_cosim.scenario.model import Scenario
 from xgv_cosim.simulation import Simulation
@@ -25,7 +25,12 @@ Progress = Callable[[float, float], None]
 
 
 def run_scenario(
-    scenario: Scenario, folder: Path, *, progress: Progress | None = None, num_steps: int | None = None
+    scenario: Scenario,
+    folder: Path,
+    *,
+    progress: Progress | None = None,
+    num_steps: int | None = None,
+    window: WindowOptions | None = None,
 ) -> RunResult:
     """Run a scenario and return its result; the folder holds everything but the report.
 
@@ -38,6 +43,7 @@ def run_scenario(
         progress: Told of each step.
         num_steps: End after this many world steps rather than after ``duration_s``, which counts as whole
             world steps, the last one begun included.
+        window: Show the run in a window of sumo-gui.
 
     Raises:
         ScenarioError: Something the scenario names does not exist or cannot be done.
@@ -61,7 +67,7 @@ def run_scenario(
     raised: Exception | None = None
     simulation: Simulation | None = None
     try:
-        simulation = build(scenario, (recorder, watch))
+        simulation = build(scenario, (recorder, watch), window)
         with simulation:
             recorder.use_road(simulation.world.road)
             _advance(simulation, scenario, wanted, outcome, progress)
