@@ -18,6 +18,7 @@ from xgv_cosim.recording import RESULT, RESULT_SCHEMA, write_whole_file
 from xgv_cosim.recording.disk import fail
 from xgv_cosim.runs.effects import facts_that_acted, handovers_s
 from xgv_cosim.runs.expectations import CollisionFact, Outcome, RunFacts, VehicleFacts, evaluate
+from xgv_cosim.runs.teleports import teleport_rows
 from xgv_cosim.runs.vehicles import by_vehicle, vehicle_rows
 from xgv_cosim.runs.versions import recorded_versions
 from xgv_cosim.runs.warnings import warnings_of
@@ -100,7 +101,7 @@ def result_of(
         "num_vehicles_max": watch.num_vehicles_max,
         "num_bound_max": watch.num_bound_max,
         "collisions": [contact._asdict() for contact in watch.collisions],
-        "teleports": [{"t_s": e.t_s, "vehicle": e.vehicle} for e in events if e.kind == "teleport"],
+        "teleports": teleport_rows(events, outcome.notes),
         "vehicles": vehicle_rows(series, events, watch.collisions, simulated_s, watch.placements),
         "expectations": [
             {"text": row.expected, "status": row.outcome.value, "detail": row.seen} for row in expectations

@@ -163,9 +163,11 @@ class Simulation:
             if tick < end:
                 requests.apply_scheduled(state, self.world, tick)
         by_computer = crash.also_held(state, by_computer)
+        before_step = self.snapshot
         self.snapshot = snapshot = self.world.step(exchange.placement_of(fleet, fleet.bound, *by_computer))
         self._adopt(snapshot, *by_computer, before)
         reporting.note_world(state, snapshot)
+        reporting.note_teleports(state, self.world.road, before_step, snapshot)
         crash.note_contacts(state, self.world, snapshot, self._contact)
         lifecycle.release_gone(state, self.world, snapshot)
         lifecycle.release_due(state, self.world)

@@ -10,6 +10,7 @@ from xgv_cosim.simulation import braking, commanding
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.moding import AxisModes
 from xgv_cosim.simulation.state import RunState
+from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Snapshot
 
 
@@ -132,14 +133,23 @@ def note_world(state: RunState, snapshot: Snapshot) -> None:
     for vehicle_id, text in snapshot.notes:
         state.note(vehicle_id, "world_note", reasons=(text,))
     _note_road(state, snapshot)
-    for vehicle_id in snapshot.teleported:
-        state.note(vehicle_id, "teleport")
     contacts = {(collision.collider, collision.victim) for collision in snapshot.collisions}
     begun = [c for c in snapshot.collisions if (c.collider, c.victim) not in state.contacts]
     state.contacts = contacts
     for collision in begun:
         place = f"{collision.kind} on lane {collision.lane_id} at {collision.position_m:.1f} m"
         state.note(collision.collider, "collision", after=collision.victim, reasons=(place,))
+
+
+def note_teleports(state: RunState, road: Road, before: Snapshot, snapshot: Snapshot) -> None:
+    """Enter whom the world took off the road, whether bound, and from where."""
+    for vehicle_id in snapshot.teleported:
+        row, place = before.index_of.get(vehicle_id), "not on the road before"
+        if row is not None:
+            lane = int(before.lane[row])
+            where = f"lane {road.lane_ids[lane]} at {before.lane_position_m[row]:.1f} m"
+            place = f"{where if lane >= 0 else 'off the road'}, {before.speed_mps[row]:.1f} m/s"
+        state.note(vehicle_id, "teleport", "bound" if vehicle_id in state.vehicles else "", "", (place,))
 
 
 def _note_road(state: RunState, snapshot: Snapshot) -> None:

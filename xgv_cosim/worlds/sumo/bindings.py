@@ -12,6 +12,7 @@ from xgv_cosim.errors import WorldError
 from xgv_cosim.worlds.sumo.arrivals import ArrivalPositions
 from xgv_cosim.worlds.sumo.automatic import TOLERANCE_M, TOLERANCE_RAD, Choice, is_exact
 from xgv_cosim.worlds.sumo.couplings import (
+    NO_SPEED_CHECKS,
     CarFollowing,
     Coupling,
     FreeCoupling,
@@ -25,6 +26,7 @@ from xgv_cosim.worlds.sumo.couplings import (
 )
 from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.lane_frame import InLane, LaneFrames
+from xgv_cosim.worlds.sumo.standstill import Standstill
 from xgv_cosim.worlds.sumo.straddling import Owners, Straddling
 
 if TYPE_CHECKING:
@@ -76,7 +78,8 @@ class Bindings:
         self._arrivals = ArrivalPositions(engine)
         self._frames = LaneFrames(road)
         self._straddling = Straddling(road) if with_ghosts else None
-        self.ghosts = Ghosts(engine, road)
+        self._standstill = Standstill(engine, step_s)
+        self.ghosts = Ghosts(engine, road, self._standstill)
 
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in; SUMO drives it until the next step."""
@@ -116,8 +119,14 @@ class Bindings:
         """Drop a vehicle that SUMO has no longer."""
         self.bound.pop(vehicle_id, None)
         self._held.pop(vehicle_id, None)
+        self._standstill.forget(vehicle_id)
         self._forget_lanes(vehicle_id)
         self._easing.end(vehicle_id)
+
+    def after_step(self) -> None:
+        """Set right what SUMO's step has left, before anybody reads it."""
+        self._standstill.settle()
+        self.ghosts.drop_lost()
 
     def take_notes(self) -> tuple[tuple[str, str], ...]:
         """Return what happened since the last call."""
@@ -136,9 +145,7 @@ class Bindings:
                 raise WorldError(f"vehicle {vehicle_id!r} is placed but not bound; bind it first")
         if not before.ids:
             return
-        for target in self._held.values():
-            if target.vehicle_id in before.index_of:
-                self._free.write(target)
+        self._write_held(before)
         rows = np.array([before.index_of.get(vehicle_id, -1) for vehicle_id in placement.ids], np.int64)
         ends_route = self._ends_route(placement, before, rows)
         in_lane = self._in_lane(placement, before, rows)
@@ -171,6 +178,17 @@ class Bindings:
                 )
             self._switch(vehicle_id, binding, coupling)
             freely[number] = coupling is self._free
+            row = rows[number]
+            ours = coupling.speed_mode == NO_SPEED_CHECKS
+            at_rest = ours and placement.speed_mps[number] == 0.0 == before.speed_mps[row]
+            if self._standstill.is_due(vehicle_id, at_rest=bool(at_rest)):
+                self._standstill.stir(
+                    vehicle_id,
+                    float(before.front_x_m[row]),
+                    float(before.front_y_m[row]),
+                    float(before.heading_rad[row]),
+                )
+                continue
             coupling.write(
                 Target(
                     vehicle_id,
@@ -186,6 +204,17 @@ class Bindings:
             )
         self._show_ghosts(placement, before, rows, in_lane, freely)
         self._easing.advance()
+
+    def _write_held(self, before: Snapshot) -> None:
+        for target in self._held.values():
+            if target.vehicle_id not in before.index_of:
+                continue
+            if self._standstill.is_due(target.vehicle_id, at_rest=True):
+                self._standstill.stir(
+                    target.vehicle_id, target.front_x_m, target.front_y_m, target.heading_rad
+                )
+            else:
+                self._free.write(target)
 
     def _show_ghosts(
         self,

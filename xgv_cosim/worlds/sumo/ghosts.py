@@ -20,6 +20,7 @@ from xgv_cosim.worlds.sumo.couplings import (
     NO_SPEED_CHECKS,
 )
 from xgv_cosim.worlds.sumo.frames import angle_to_sumo
+from xgv_cosim.worlds.sumo.standstill import Standstill
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,6 +44,7 @@ class Ghosts:
 
     engine: Engine
     road: SumoRoad
+    standstill: Standstill
     owner_of: dict[str, str] = field(default_factory=dict)
     """Ghost -> the bound vehicle that it stands for."""
     _standing: dict[tuple[str, int], str] = field(default_factory=dict)
@@ -70,14 +72,17 @@ class Ghosts:
             ghost = self._standing.get(key) or self._add(reach)
             lane = np.array([reach.lane])
             at = self.road.points_ahead(lane, np.array([reach.front_m]), np.array([-1]))
+            pose = float(at.x_m[0]), float(at.y_m[0]), float(at.heading_rad[0])
+            if self.standstill.is_due(ghost, at_rest=reach.speed_mps <= 0.0):
+                self.standstill.stir(ghost, *pose)
+                continue
             self.engine.vehicle.setSpeed(ghost, max(reach.speed_mps, 0.0))
             self.engine.vehicle.moveToXY(
                 ghost,
                 self.road.edge_ids[reach.lane],
                 -1,
-                float(at.x_m[0]),
-                float(at.y_m[0]),
-                angle_to_sumo(float(at.heading_rad[0])),
+                *pose[:2],
+                angle_to_sumo(pose[2]),
                 KEEP_ROUTE_AND_POSE,
                 MATCH_THRESHOLD_M,
             )
@@ -130,4 +135,5 @@ class Ghosts:
     def _remove(self, key: tuple[str, int]) -> None:
         ghost = self._standing.pop(key)
         del self.owner_of[ghost]
+        self.standstill.forget(ghost)
         self.engine.vehicle.remove(ghost)

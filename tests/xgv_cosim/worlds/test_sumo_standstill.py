@@ -1,0 +1,162 @@
+"""Standing bound cars: SUMO neither teleports nor loses them, and types stay what they are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from tests.contracts.world_contract import nobody, place, stay
+from tests.xgv_cosim.worlds.sumo_traffic import car
+from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
+from xgv_cosim.worlds.sumo.libraries import load_libsumo
+
+if TYPE_CHECKING:
+    from tests.xgv_cosim.worlds.conftest import NewWorld
+    from xgv_cosim.snapshot import Snapshot
+    from xgv_cosim.worlds.base import Placement
+    from xgv_cosim.worlds.sumo.world import SumoWorld
+
+COMPUTER, DRIVER_STEERS = (True, True), (True, False)
+EGO = car("ego", 400, 0, kind="xgv")
+
+
+def across(snapshot: Snapshot, computer: tuple[bool, bool] = COMPUTER, left_m: float = 0.0) -> Placement:
+    """Stand, ``left_m`` left of where it is."""
+    still = stay(snapshot, "ego", computer)
+    return still._replace(front_y_m=still.front_y_m + left_m)
+
+
+def stand(world: SumoWorld, still: Placement, duration_s: float) -> tuple[Snapshot, set[str]]:
+    """Hold ``ego`` where it is; return the last state and whoever was teleported."""
+    gone: set[str] = set()
+    for _ in range(round(duration_s / 0.1)):
+        snapshot = world.step(still)
+        gone |= set(snapshot.teleported)
+        if "ego" in snapshot.index_of:
+            row = snapshot.index_of["ego"]
+            assert snapshot.speed_mps[row] == 0.0
+            assert snapshot.front_x_m[row] == pytest.approx(float(still.front_x_m[0]), abs=1e-9)
+    return snapshot, gone
+
+
+@pytest.mark.parametrize("computer", [COMPUTER, DRIVER_STEERS])
+@pytest.mark.parametrize("kind", list(CouplingKind))
+def test_it_is_not_teleported_however_it_is_written(
+    sumo: NewWorld, kind: CouplingKind, computer: tuple[bool, bool]
+) -> None:
+    world = sumo(EGO, car("rear", 300, 10), options=("--time-to-teleport", "15"))
+    world.start()
+    snapshot = world.step(nobody())
+    world.bind("ego", kind)
+    snapshot, gone = stand(world, across(snapshot, computer), 50.0)
+    assert gone == set()
+    assert set(snapshot.ids) == {"ego", "rear"}
+    assert snapshot.speed_mps[snapshot.index_of["rear"]] == pytest.approx(0.0, abs=0.05)
+
+
+def test_without_help_sumo_teleports_it(sumo: NewWorld) -> None:
+    """So that the test above can fail: the same car, held by SUMO's own means."""
+    world = sumo(EGO, options=("--time-to-teleport", "15"))
+    world.start()
+    world.step(nobody())
+    vehicle = load_libsumo().vehicle
+    vehicle.setSpeedMode("ego", 0)
+    vehicle.setSpeed("ego", 0.0)
+    gone: set[str] = set()
+    for _ in range(300):
+        gone |= set(world.step(nobody()).teleported)
+    assert gone == {"ego"}
+
+
+def test_a_type_with_a_time_to_teleport_of_its_own_is_not_teleported_either(sumo: NewWorld) -> None:
+    own = '<vType id="impatient" length="4.4" timeToTeleport="12"/>'
+    world = sumo(own, car("ego", 400, 0, kind="impatient"))
+    world.start()
+    snapshot = world.step(nobody())
+    world.bind("ego", CouplingKind.AUTO)
+    snapshot, gone = stand(world, across(snapshot), 40.0)
+    assert gone == set()
+    assert snapshot.ids == ("ego",)
+
+
+def test_ghosts_and_whom_the_world_holds_are_not_teleported(sumo: NewWorld) -> None:
+    world = sumo(EGO, car("held", 600, 0), options=("--time-to-teleport", "15"))
+    world.start()
+    snapshot = world.step(nobody())
+    world.bind("ego", CouplingKind.AUTO)
+    world.immobilise("held")
+    at_m = snapshot.front_x_m[snapshot.index_of["held"]]
+    still = across(snapshot, left_m=1.2)
+    vehicle, ghosts = load_libsumo().vehicle, set()
+    for _ in range(500):
+        snapshot = world.step(still)
+        assert snapshot.teleported == ()
+        ghosts |= {name for name in vehicle.getIDList() if name.startswith(GHOST_PREFIX)}
+        assert snapshot.front_x_m[snapshot.index_of["held"]] == at_m
+    assert len(ghosts) == 1
+    assert set(snapshot.ids) == {"ego", "held"}
+
+
+def test_those_it_holds_up_never_see_it_move(sumo: NewWorld) -> None:
+    """The stirring is over before anybody plans: the follower stands still, and so does the report."""
+    world = sumo(EGO, car("rear", 380, 5))
+    world.start()
+    snapshot = world.step(nobody())
+    world.bind("ego", CouplingKind.AUTO)
+    still = across(snapshot)
+    stand(world, still, 20.0)
+    vehicle, seen = load_libsumo().vehicle, []
+    for _ in range(250):
+        world.step(still)
+        seen.append((vehicle.getSpeed("ego"), vehicle.getAcceleration("ego"), vehicle.getSpeed("rear")))
+    np.testing.assert_allclose(np.abs(seen).max(axis=0), [0.0, 0.0, 0.0], atol=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", list(CouplingKind))
+def test_it_stands_for_half_an_hour_with_sumos_own_time_to_teleport(
+    sumo: NewWorld, kind: CouplingKind
+) -> None:
+    """Issue 3.4: 30 minutes, ``--time-to-teleport 300``; then it drives on to its destination and arrives."""
+    world = sumo(EGO, car("rear", 300, 10), options=("--time-to-teleport", "300"))
+    world.start()
+    snapshot = world.step(nobody())
+    world.bind("ego", kind)
+    snapshot, gone = stand(world, across(snapshot), 1800.0)
+    assert gone == set()
+    assert set(snapshot.ids) == {"ego", "rear"}
+    steps = 0
+    while "ego" not in snapshot.arrived:
+        row = np.array([snapshot.index_of["ego"]])
+        at = world.road.points_ahead(
+            snapshot.lane[row], snapshot.lane_position_m[row] + 1.0, snapshot.next_lane[row]
+        )
+        snapshot = world.step(
+            place(
+                "ego",
+                float(at.x_m[0]),
+                float(at.y_m[0]),
+                float(at.heading_rad[0]),
+                speed_mps=10.0,
+                travelled_m=1.0,
+            )
+        )
+        steps += 1
+        assert steps < 1000
+
+
+def test_the_types_of_bound_cars_are_untouched(sumo: NewWorld) -> None:
+    """Followers go by the decel, apparent decel and tau of the type that SUMO knows."""
+    world = sumo(EGO)
+    world.start()
+    snapshot = world.step(nobody())
+    vehicle = load_libsumo().vehicle
+    getters = ("getTypeID", "getDecel", "getApparentDecel", "getTau", "getEmergencyDecel", "getMinGap")
+    before = [getattr(vehicle, getter)("ego") for getter in getters]
+    world.bind("ego", CouplingKind.AUTO)
+    for _ in range(150):
+        world.step(across(snapshot, left_m=1.2))
+    assert [getattr(vehicle, getter)("ego") for getter in getters] == before
