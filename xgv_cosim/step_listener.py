@@ -26,6 +26,7 @@ from xgv_cosim.recording import Recorder
 from xgv_cosim.scenario.script_rows import bind_row, injection_row, script_scenario
 from xgv_cosim.scenario.script_rules import ScriptRules, StackMaker
 from xgv_cosim.simulation import Binding, Observer, Simulation, VehicleHandle, lifecycle, triggers
+from xgv_cosim.simulation.painting import ModePainter
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.traveller import Traveller
 from xgv_cosim.worlds.sumo.attached import AttachedSimulation, seed_of, step_length_s
@@ -40,6 +41,8 @@ def attach(
     xgv: Mapping[str, Any] | None = None,
     safestop: Mapping[str, Any] | None = None,
     environment: Mapping[str, Any] | None = None,
+    contact: str = "stay",
+    colours: bool = False,
     observers: Sequence[Observer] = (),
 ) -> Plugin:
     """Take part in the steps of a script that runs SUMO itself; before or after it starts SUMO.
@@ -50,14 +53,17 @@ def attach(
         xgv: Settings of the vehicles, as in a scenario's ``xgv``.
         safestop: Settings of the wireless stop, as in a scenario's ``safestop``.
         environment: The road, as in a scenario's ``world.environment``.
+        contact: After a contact with a bound vehicle, as in a scenario's ``world.contact``; with ``"end"``
+            the plugin says so in ``ended_by``, and the script decides.
+        colours: Give bound vehicles the colours of their safety modes, for a script that runs sumo-gui.
         observers: Told of each step and event.
 
     Raises:
         WorldError: It is none of these, attached already, or runs in steps that do not fit.
         ScenarioError: A key is unknown or a value wrong.
     """
-    rules = ScriptRules(script_scenario(xgv=xgv, safestop=safestop, environment=environment))
-    return Plugin(traci_or_libsumo, rules, seed, observers)
+    rules = ScriptRules(script_scenario(xgv=xgv, safestop=safestop, environment=environment, contact=contact))
+    return Plugin(traci_or_libsumo, rules, seed, observers, colours=colours)
 
 
 _NOT_THE_SCRIPT = frozenset({"xgv_cosim", "libsumo", "traci", "contextlib"})
@@ -75,11 +81,18 @@ class Plugin:
     """
 
     def __init__(
-        self, traci_or_libsumo: object, rules: ScriptRules, seed: int | None, observers: Sequence[Observer]
+        self,
+        traci_or_libsumo: object,
+        rules: ScriptRules,
+        seed: int | None,
+        observers: Sequence[Observer],
+        *,
+        colours: bool = False,
     ) -> None:
         self._rules = rules
         self._seed = seed
         self._observers = tuple(observers)
+        self._colours = colours
         self._released: set[str] = set()
         self._asks_for_present = False
         """A row of ``bind`` is new, so that vehicles may be meant that drive already."""
@@ -116,8 +129,9 @@ class Plugin:
             type: Instead: SUMO's vehicle type, or a pattern.
             share: Instead, or of that type: share of the vehicles, each drawn by its id and ``seed``.
             seed: Seed of the draw.
-            stack: ``"reference"``, ``"none"``, an object with ``act(observation)`` for one vehicle, or a
-                class or function that makes such an object from a vehicle's id.
+            stack: Name of a stack as in a scenario, an object with ``act(observation)`` for one vehicle, or
+                a class or function that makes such objects from ``vehicle_id`` and ``address``, each if it
+                takes it.
             **row: Further keys of a row of a scenario's ``bind``, for example ``driver="none"``.
 
         Raises:
@@ -196,6 +210,11 @@ class Plugin:
             WorldError: There is no simulation.
         """
         return self._opened().snapshot
+
+    @property
+    def ended_by(self) -> str:
+        """What has ended the run under ``contact="end"``, empty while nothing has."""
+        return "" if self._simulation is None else self._simulation.ended_by
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -293,12 +312,15 @@ class Plugin:
                 raise WorldError("the script has no simulation open; start SUMO first")
             step_s = step_length_s(engine)
             injections = self._rules.begin(seed_of(engine) if self._seed is None else self._seed)
+            world = SumoWorld(lambda: AttachedSimulation(self._hold), step_s)
+            painters = [ModePainter(world.paint, self._rules.safety_mode_name)] if self._colours else []
             simulation = Simulation(
-                SumoWorld(lambda: AttachedSimulation(self._hold), step_s),
+                world,
                 self._selected,
                 injections,
                 step_s=step_s,
-                observers=[*self._observers, *([self._recorder] if self._recorder else [])],
+                observers=[*self._observers, *painters, *([self._recorder] if self._recorder else [])],
+                contact=self._rules.contact,
             )
             self._begin_s = float(engine.simulation.getTime())
             self._events = simulation.state.journal.events

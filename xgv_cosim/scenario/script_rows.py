@@ -27,6 +27,7 @@ def script_scenario(
     xgv: Mapping[str, Any] | None = None,
     safestop: Mapping[str, Any] | None = None,
     environment: Mapping[str, Any] | None = None,
+    contact: str = "stay",
 ) -> Scenario:
     """Return a scenario without rows, for the settings that all vehicles of a script share.
 
@@ -34,11 +35,12 @@ def script_scenario(
         xgv: Keys as in a scenario's ``xgv``.
         safestop: Keys as in a scenario's ``safestop``.
         environment: Keys as in a scenario's ``world.environment``.
+        contact: As a scenario's ``world.contact``.
 
     Raises:
         ScenarioError: A key is unknown or a value wrong.
     """
-    world = {**_FRAME["world"], "environment": dict(environment or {})}  # type: ignore[dict-item]
+    world = {**_FRAME["world"], "environment": dict(environment or {}), "contact": contact}  # type: ignore[dict-item]
     return _checked({"world": world, "xgv": dict(xgv or {}), "safestop": dict(safestop or {})})
 
 

@@ -14,18 +14,21 @@ from xgv_cosim.observation import Stack
 from xgv_cosim.scenario.building import binding_from, injection_of, profile_of
 from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
 from xgv_cosim.scenario.selection import matches
+from xgv_cosim.scenario.stacks import link_to_class, require_callable
 from xgv_cosim.simulation import Binding
+from xgv_cosim.simulation.binding import LinkFactory
+from xgv_cosim.simulation.crash import ContactRule
 from xgv_cosim.traveller import Traveller
 
-StackMaker = Callable[[str], Stack]
-"""Makes the stack of a vehicle from its id."""
+StackMaker = Callable[..., Stack]
+"""A class or function that makes stacks from ``vehicle_id`` and ``address``, each if it takes it."""
 
 
 @dataclass(slots=True)
 class _BindRule:
     section: BindSection
-    maker: StackMaker | None
-    """Makes stacks that no scenario can name."""
+    new_link: LinkFactory | None
+    """Makes links to stacks that no scenario can name."""
     binding: Binding
     has_bound: bool = False
 
@@ -47,6 +50,11 @@ class ScriptRules:
         """The rows that have bound vehicles anew, after their release."""
 
     @property
+    def contact(self) -> ContactRule:
+        """Return what a contact with a bound vehicle does."""
+        return self._settings.world.contact
+
+    @property
     def safety_mode_name(self) -> Callable[[int], str]:
         """Return the profile's names of safety modes."""
         return self._profile.safety_mode_name
@@ -62,8 +70,8 @@ class ScriptRules:
         Raises:
             ScenarioError: The stack is neither a name, nor has ``act``, nor can be called.
         """
-        maker = None if isinstance(stack, str) else maker_of(stack)
-        rule = _BindRule(section, maker, self._ready(section, maker))
+        new_link = None if isinstance(stack, str) else link_to(stack)
+        rule = _BindRule(section, new_link, self._ready(section, new_link))
         self._bind.append(rule)
         self._again.update(dict.fromkeys(again, rule))
 
@@ -78,7 +86,7 @@ class ScriptRules:
         self._again.clear()
         self._profile = profile_of(self._settings.model_copy(update={"seed": seed}))
         for rule in self._bind:
-            rule.binding, rule.has_bound = self._ready(rule.section, rule.maker), False
+            rule.binding, rule.has_bound = self._ready(rule.section, rule.new_link), False
         return [injection_of(section, seed) for section in self._injections]
 
     def select(self, who: Traveller) -> Binding | None:
@@ -97,30 +105,25 @@ class ScriptRules:
             if not rule.has_bound
         )
 
-    def _ready(self, section: BindSection, maker: StackMaker | None) -> Binding:
+    def _ready(self, section: BindSection, new_link: LinkFactory | None) -> Binding:
         binding = binding_from(section, self._profile, self._settings.world.environment)
-        if maker is None:
-            return binding
-
-        def new_link(vehicle_id: str, address: JausAddress) -> Link:
-            return InProcessLink(maker(vehicle_id), address)
-
-        return replace(binding, new_link=new_link)
+        return binding if new_link is None else replace(binding, new_link=new_link)
 
 
-def maker_of(stack: Stack | StackMaker) -> StackMaker:
-    """Return what makes the stack of each vehicle: the class or function given, or the one object.
+def link_to(stack: Stack | StackMaker) -> LinkFactory:
+    """Return what makes the links to stacks of a script: of its class or function, or to its one object.
 
     Raises:
-        ScenarioError: It is neither.
+        ScenarioError: It is neither, or cannot be called with what it is given.
     """
     if not isinstance(stack, type) and hasattr(stack, "act"):
         return _OnlyOnce(stack)
     if callable(stack):
-        return stack
+        require_callable(stack, {}, f"stack {getattr(stack, '__name__', stack)!r}")
+        return link_to_class(stack, {})
     raise ScenarioError(
-        f"bind: got stack {stack!r}, expected 'reference', 'none', an object with act(observation), or a "
-        "class or function that makes one from a vehicle's id"
+        f"bind: got stack {stack!r}, expected the name of a stack, an object with act(observation), or a "
+        "class or function that makes one"
     )
 
 
@@ -131,11 +134,11 @@ class _OnlyOnce:
     stack: Stack
     driven: str = ""
 
-    def __call__(self, vehicle_id: str) -> Stack:
+    def __call__(self, vehicle_id: str, address: JausAddress) -> Link:
         if self.driven not in {"", vehicle_id}:
             raise ScenarioError(
                 f"bind: the stack object {self.stack!r} drives {self.driven!r} already and cannot drive "
                 f"{vehicle_id!r} too; give its class or a function that makes one for each vehicle"
             )
         self.driven = vehicle_id
-        return self.stack
+        return InProcessLink(self.stack, address)

@@ -23,7 +23,7 @@ from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.scenario.problems import word_hint
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from types import ModuleType
 
     from jaus.address import JausAddress
@@ -68,10 +68,11 @@ def new_link_of(row: BindSection, parameters: VehicleParameters, folder: Path) -
         return lambda _, address: InProcessLink(ReferenceStack(address, settings), address)
     if row.stack == "reference_wrench":
         return lambda _, address: InProcessLink(ReferenceWrenchStack(address, parameters, settings), address)
-    return _link_to_class(stack_class(row.stack, folder, row.stack_options), row.stack_options)
+    return link_to_class(stack_class(row.stack, folder, row.stack_options), row.stack_options)
 
 
-def _link_to_class(kind: type[Stack], options: dict[str, Any]) -> LinkFactory:
+def link_to_class(kind: Callable[..., Stack], options: dict[str, Any]) -> LinkFactory:
+    """Return what makes the link of a vehicle and its stack, of a class or a function that makes stacks."""
     taken = _taken(kind)
 
     def new_link(vehicle_id: str, address: JausAddress) -> Link:
@@ -105,19 +106,28 @@ def stack_class(text: str, folder: Path, options: dict[str, Any]) -> type[Stack]
         raise ScenarioError(f"{text} is {type(kind).__name__}, expected a class with act(observation)")
     if not callable(getattr(kind, "act", None)):
         raise ScenarioError(f"class {name} in {where} has no method act(self, observation); write one")
+    made = cast("type[Stack]", kind)
+    require_callable(made, options, f"class {name} in {where}")
+    return made
+
+
+def require_callable(kind: Callable[..., Stack], options: dict[str, Any], called: str) -> None:
+    """Check that a class or function can be called with what it is given.
+
+    Raises:
+        ScenarioError: It cannot; ``called`` says what it is.
+    """
     try:
         inspect.signature(kind).bind(**dict.fromkeys(_taken(kind)), **options)
     except TypeError as error:
         given = ", ".join([*_taken(kind), *options]) or "nothing"
         raise ScenarioError(
-            f"class {name} in {where} cannot be made with {given}: {error}; change its constructor or "
-            "'stack_options'"
+            f"{called} cannot be made with {given}: {error}; change its constructor or 'stack_options'"
         ) from None
-    return cast("type[Stack]", kind)
 
 
-def _taken(kind: type) -> list[str]:
-    """Return which of ``GIVEN`` a class's constructor takes."""
+def _taken(kind: Callable[..., Stack]) -> list[str]:
+    """Return which of ``GIVEN`` a class's constructor, or a function, takes."""
     parameters = inspect.signature(kind).parameters
     takes_all = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values())
     return [name for name in GIVEN if takes_all or name in parameters]

@@ -272,8 +272,10 @@ def test_one_stack_object_drives_one_vehicle_only(script: Script) -> None:
             return []
 
     with xgv_cosim.attach(script.module) as plugin:
-        with pytest.raises(ScenarioError, match="expected 'reference', 'none', an object"):
+        with pytest.raises(ScenarioError, match="expected the name of a stack, an object"):
             plugin.bind("xgv_1", stack=3)
+        with pytest.raises(ScenarioError, match="cannot be made with nothing"):
+            plugin.bind("xgv_1", stack=lambda name: Silent())
         plugin.bind("xgv_*", stack=Silent())
         script.start(command(HELLO))
         with pytest.raises(ScenarioError, match="cannot drive 'xgv_1' too"):

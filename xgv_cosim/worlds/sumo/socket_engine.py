@@ -86,6 +86,8 @@ class SocketEngine:
     vehicletype: Any
     simulation: Any
     lane: Any
+    edge: Any
+    edge: Any
     route: Any
     trafficlight: Any
 
