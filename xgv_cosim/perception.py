@@ -44,7 +44,7 @@ def lane_ahead(surroundings: Surroundings, motion: Motion, slots: IntColumn) -> 
 DISTANCES_M = tuple(PREVIEW_M.tolist())
 CHORDS_M = (4.0, 8.0, 16.0, 32.0)
 """Lengths over which the curvature of the way is judged."""
-CUT_M = 0.4
+CUT_M = 0.25
 """So far a car may cut a kink of the drawn line: the longest chord that cuts no more counts."""
 
 
@@ -62,9 +62,9 @@ def way_curvature(x_m: FloatMatrix, y_m: FloatMatrix) -> FloatMatrix:
     """Return the curvature of ways at ``PREVIEW_M``, positive to the left, shape ``(n, len(PREVIEW_M))``.
 
     A drawn lane is straight but for kinks. At each point the way turns between the chord before and the
-    chord after it; the longest chords count by which a kink is cut by ``CUT_M`` at most.
+    chord after it; chords grow as long as a kink is cut by no more than ``CUT_M``.
     """
-    curvature = np.zeros(x_m.shape)
+    curvature, counts = np.zeros(x_m.shape), np.ones(x_m.shape, np.bool_)
     for chord_m in CHORDS_M:
         back_m = np.clip(PREVIEW_M - chord_m, 0.0, None)
         onward_m = np.clip(PREVIEW_M + chord_m, None, PREVIEW_M[-1])
@@ -73,9 +73,9 @@ def way_curvature(x_m: FloatMatrix, y_m: FloatMatrix) -> FloatMatrix:
         after_x, after_y = x_m @ onward - x_m, y_m @ onward - y_m
         turned = np.arctan2(before_x * after_y - before_y * after_x, before_x * after_x + before_y * after_y)
         mean_m = np.maximum(0.5 * (onward_m - back_m), 1e-6)
-        judged = chord_m == CHORDS_M[0]
-        counts = judged | (np.abs(turned) * mean_m / 8.0 <= CUT_M)
-        curvature = np.where(counts, turned / mean_m, curvature)
+        counts &= np.abs(turned) * mean_m / 8.0 <= CUT_M
+        judged = counts | (chord_m == CHORDS_M[0])
+        curvature = np.where(judged, turned / mean_m, curvature)
     curvature[:, 0], curvature[:, -1] = curvature[:, 1], curvature[:, -2]
     return np.nan_to_num(curvature)
 

@@ -81,6 +81,9 @@ class Contacts:
 
     lane_ids: tuple[str, ...]
     """Names of the lanes, by their numbers."""
+    places: tuple[frozenset[str], ...] = ()
+    """The junctions that each lane belongs to or leads between; empty: not known. Bodies on lanes without a
+    junction in common do not touch: one road leads over the other."""
     _roles: dict[frozenset[str], tuple[str, str]] = field(default_factory=dict)
     """(collider, victim) of every pair that has ever touched."""
 
@@ -97,10 +100,18 @@ class Contacts:
             sorted(snapshot.index_of[name] for name in bound_ids if name in snapshot.index_of), np.int64
         )
         for one, other in self._overlapping(snapshot, subjects):
+            if self._one_above_the_other(int(snapshot.lane[one]), int(snapshot.lane[other])):
+                continue
             pair = frozenset((snapshot.ids[one], snapshot.ids[other]))
             if pair not in found:
                 found[pair] = self._contact(snapshot, one, other, pair)
         return tuple(found.values())
+
+    def _one_above_the_other(self, lane: int, other: int) -> bool:
+        """Return whether two lanes only cross on the map; off the road (-1) anything may be touched."""
+        if lane < 0 or other < 0 or not self.places:
+            return False
+        return self.places[lane].isdisjoint(self.places[other])
 
     def _overlapping(self, snapshot: Snapshot, subjects: IntColumn) -> list[tuple[int, int]]:
         if not len(subjects):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -109,6 +110,17 @@ def test_who_moves_towards_the_other_collides_and_keeps_that_role() -> None:
     assert (second.collider, second.victim) == ("b", "a")
     (engines,) = contacts.merged(two(-0.6, Collision("a", "b", "frontal", "lane", 1.0)), ("a",))
     assert (engines.collider, engines.victim, engines.kind) == ("b", "a", "frontal")
+
+
+def test_a_road_that_leads_over_another_is_no_contact() -> None:
+    """Lanes without a junction in common cross on the map only; off the road anything may be touched."""
+    j1, j2, j3, j4 = (frozenset({name}) for name in ("1", "2", "3", "4"))
+    apart = Contacts(("over", "under"), (j1 | j2, j3 | j4))
+    joined = Contacts(("in", "out"), (j1 | j2, j2 | j3))
+    on_two_lanes = replace(two(-0.5), lane=np.array([0, 1]))
+    assert apart.merged(on_two_lanes, ("a",)) == ()
+    assert len(joined.merged(on_two_lanes, ("a",))) == 1
+    assert len(apart.merged(replace(on_two_lanes, lane=np.array([-1, 1])), ("a",))) == 1
 
 
 def test_what_the_engine_reports_comes_once_and_others_contacts_stay() -> None:

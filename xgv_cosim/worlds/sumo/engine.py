@@ -16,6 +16,7 @@ class Engine(Protocol):
     vehicletype: Any
     simulation: Any
     lane: Any
+    edge: Any
     route: Any
     trafficlight: Any
 

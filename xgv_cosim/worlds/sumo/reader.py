@@ -11,6 +11,7 @@ import numpy as np
 from xgv_cosim.snapshot import Collision, Snapshot
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
 from xgv_cosim.worlds.sumo.ghosts import is_ghost
+from xgv_cosim.worlds.sumo.traffic_lanes import LaneTraffic
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -83,9 +84,12 @@ class SnapshotReader:
         number = self.road.index_of
         lane = np.array([number[vehicle.getLaneID(vehicle_id)] for vehicle_id in ids], np.int64)
         lane_position_m = np.array([vehicle.getLanePosition(vehicle_id) for vehicle_id in ids], np.float64)
-        neighbours = self._neighbours(
-            index_of, lane, [name for name in bound_ids if name in index_of], owner_of
-        )
+        here = [name for name in bound_ids if name in index_of]
+        # With a vehicle off the road SUMO follows a pointer to no lane in search of leaders, and crashes.
+        if any(lane[index_of[name]] < 0 for name in here):
+            neighbours = self._neighbours_on_lanes(index_of, lane, lane_position_m, here)
+        else:
+            neighbours = self._neighbours(index_of, lane, here, owner_of)
         return Snapshot(
             time_s=round(simulation.getTime() - self.session.begin_s, 3),  # SUMO counts milliseconds
             ids=ids,
@@ -159,6 +163,37 @@ class SnapshotReader:
                 bumper_gap_m = found[1] + self.body(behind).min_gap_m
                 if bumper_gap_m <= SIGHT_M:
                     index[row], gap_m[row] = index_of[name], bumper_gap_m
+        return Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
+
+    def _neighbours_on_lanes(
+        self, index_of: dict[str, int], lane: IntColumn, position_m: FloatColumn, bound_ids: Sequence[str]
+    ) -> Neighbours:
+        """Return the same from positions alone: leaders along the lanes, followers in the own lane."""
+        traffic = LaneTraffic.of(self.road, lane, position_m)
+        next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
+        leader_gap_m, follower_gap_m = (np.full(len(index_of), np.inf) for _ in range(2))
+        names = tuple(index_of)
+        for vehicle_id in bound_ids:
+            row = index_of[vehicle_id]
+            own = int(lane[row])
+            if own < 0:
+                continue
+            next_lane[row] = self._next_lane(vehicle_id, own)
+            ahead, onward = [own], int(next_lane[row])
+            while onward >= 0 and onward not in ahead and self.road.lengths_m[ahead[1:]].sum() < SIGHT_M:
+                ahead.append(onward)
+                onward = self.road.only_successor(onward)
+            at_m = float(position_m[row])
+            found, distance_m = traffic.ahead_on(ahead, at_m, row)
+            if found >= 0:
+                gap_m = distance_m - self.body(names[found]).length_m
+                if gap_m <= SIGHT_M:
+                    leader[row], leader_gap_m[row] = found, gap_m
+            found, distance_m = traffic.behind_in_lane(own, at_m, row)
+            if found >= 0:
+                gap_m = distance_m - self.body(vehicle_id).length_m
+                if gap_m <= SIGHT_M:
+                    follower[row], follower_gap_m[row] = found, gap_m
         return Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
 
     def _next_lane(self, vehicle_id: str, lane: int) -> int:

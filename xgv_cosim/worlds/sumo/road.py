@@ -33,6 +33,21 @@ def drawable(shape: FloatMatrix) -> FloatMatrix:
     return kept
 
 
+def _junctions(engine: Engine, lane_ids: tuple[str, ...]) -> tuple[frozenset[str], ...]:
+    """Return the names of the junctions at the ends of each lane; of a lane inside one, that one."""
+    ends: dict[str, frozenset[str]] = {}
+    for lane_id in lane_ids:
+        edge_id = lane_id.rpartition("_")[0]
+        if edge_id in ends:
+            continue
+        if edge_id.startswith(":"):
+            ends[edge_id] = frozenset((edge_id[1:].rpartition("_")[0],))
+        else:
+            edge = engine.edge
+            ends[edge_id] = frozenset((edge.getFromJunction(edge_id), edge.getToJunction(edge_id)))
+    return tuple(ends[lane_id.rpartition("_")[0]] for lane_id in lane_ids)
+
+
 @dataclass(frozen=True)
 class SumoRoad:
     """All lanes of a network, internal ones too, numbered as SUMO lists them. Implements ``Road``."""
@@ -48,6 +63,8 @@ class SumoRoad:
     """The edge that each lane belongs to."""
     successors: tuple[tuple[tuple[str, int], ...], ...]
     """For each lane (edge reached, first lane on the way there), the junction's own lane if it has one."""
+    junctions: tuple[frozenset[str], ...] = ()
+    """Names of the junctions that each lane leads between, or of the one that it is inside of."""
 
     @classmethod
     def read(cls, engine: Engine) -> SumoRoad:
@@ -68,6 +85,7 @@ class SumoRoad:
                 )
                 for lane_id in ids
             ),
+            junctions=_junctions(engine, ids),
         )
 
     @cached_property

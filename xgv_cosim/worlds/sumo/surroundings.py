@@ -121,7 +121,7 @@ class SurroundingsReader:
         for entry, here_m in zip(known, positions, strict=True):
             entry.here_m = here_m
         way_x_m, way_y_m, heading_rad = self._preview(ways, position_m)
-        traffic = LaneTraffic.of(self.road, snapshot)
+        traffic = LaneTraffic.of(self.road, snapshot.lane, snapshot.lane_position_m)
         left_m = ways.first_left_m(position_m)
         leader_gap_m, leader_speed_mps = self._leaders(snapshot, rows, position_m, ways, traffic)
         has_way = ways.lanes[:, 0] >= 0

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
-    from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.sumo.network import SumoNetwork
     from xgv_cosim.worlds.sumo.road import SumoRoad
 
@@ -33,10 +32,10 @@ class LaneTraffic:
     """Where each lane's vehicles begin in that order; one entry more at the end."""
 
     @classmethod
-    def of(cls, road: SumoRoad, snapshot: Snapshot) -> LaneTraffic:
-        """Return the traffic of a snapshot."""
-        on_road = np.flatnonzero(snapshot.lane >= 0)
-        lane, position_m = snapshot.lane[on_road], snapshot.lane_position_m[on_road]
+    def of(cls, road: SumoRoad, lane: IntColumn, position_m: FloatColumn) -> LaneTraffic:
+        """Return the traffic of a snapshot's columns."""
+        on_road = np.flatnonzero(lane >= 0)
+        lane, position_m = lane[on_road], position_m[on_road]
         order = np.lexsort((position_m, lane))
         first = np.searchsorted(lane[order], np.arange(len(road.lane_ids) + 1))
         return cls(road, on_road[order].tolist(), position_m[order].tolist(), first.tolist())
@@ -79,6 +78,11 @@ class LaneTraffic:
                 return self.rows[index], before_m + self.position_m[index] - at_m
             before_m += float(self.road.lengths_m[lane])
         return -1, np.inf
+
+    def behind_in_lane(self, lane: int, at_m: float, own: int) -> tuple[int, float]:
+        """Return (row, distance of its front bumper) of the nearest vehicle behind in a lane, -1: nobody."""
+        index = self._before(lane, at_m, own)
+        return (self.rows[index], at_m - self.position_m[index]) if index >= 0 else (-1, np.inf)
 
     def behind_on(self, network: SumoNetwork, lane: int, at_m: float, own: int) -> tuple[int, float]:
         """Return (row, distance of its front bumper) of the nearest vehicle behind ``at_m``, -1: nobody."""
