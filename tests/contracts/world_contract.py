@@ -185,6 +185,22 @@ class WorldContract(ABC):
         with pytest.raises(WorldError, match="not bound"):
             world.release(self.ego)
 
+    def test_an_immobilised_vehicle_stays_until_it_is_bound(self, world: World, moving: Snapshot) -> None:
+        row = moving.index_of[self.ego]
+        place_of = ("front_x_m", "front_y_m", "heading_rad")
+        at = [getattr(moving, name)[row] for name in place_of]
+        world.immobilise(self.ego)
+        for _ in range(20):
+            after = world.step(nobody())
+            row = after.index_of[self.ego]
+            assert [getattr(after, name)[row] for name in place_of] == pytest.approx(at, abs=1e-9)
+            assert after.speed_mps[row] == 0.0
+        world.bind(self.ego, CouplingKind.FREE)
+        with pytest.raises(WorldError, match="is bound"):
+            world.immobilise(self.ego)
+        after = world.step(ahead(after, self.ego, 5.0, self.step_s))
+        assert after.front_x_m[after.index_of[self.ego]] != pytest.approx(at[0], abs=0.1)
+
     def test_binding_is_checked(self, world: World, moving: Snapshot) -> None:
         with pytest.raises(WorldError, match="no vehicle 'ghost'"):
             world.bind("ghost", CouplingKind.FREE)
