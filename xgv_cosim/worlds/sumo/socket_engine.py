@@ -87,7 +87,6 @@ class SocketEngine:
     simulation: Any
     lane: Any
     edge: Any
-    edge: Any
     route: Any
     trafficlight: Any
 

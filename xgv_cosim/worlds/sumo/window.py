@@ -71,6 +71,9 @@ class Window:
             what SUMO says.
     """
 
+    engine: SocketEngine
+    begin_s: float
+
     def __init__(
         self, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = (), delay_ms: float
     ) -> None:
@@ -124,7 +127,7 @@ class Window:
             except OSError:
                 time.sleep(_LOOKS_AGAIN_S)
                 continue
-            self.engine: SocketEngine = SocketEngine(self._connection)
+            self.engine = SocketEngine(self._connection)
             self.engine.remember()
             return
         said = sentence(self._said.read_text(errors="replace"), *self.messages)
