@@ -26,6 +26,8 @@ AT_LINE_M = 4.0
 """Nearer than this it stands at the line."""
 BEYOND_STOPPING_MPS2 = 6.0
 """A line that could only be kept with harder braking is crossed."""
+OCCUPIED_GAP_M = 4.5
+"""Room to somebody who stands where the ways meet: he may stand askew, so that he reaches further."""
 CLEARANCE_M = 2.0
 """Room to be kept behind the own car on the far side of a junction."""
 
@@ -124,5 +126,5 @@ class Crossings:
                 continue
             foe_out_s = max(0.0, foe.foe_exit_m + foe.length_m) / max(0.3, foe.speed_mps)
             if arrival_s(foe.own_entry_m, seen.speed_mps, OWN_ACCEL_MPS2) < foe_out_s + AFTER_S:
-                found = min(found, foe.own_entry_m - self._settings.stop_line_gap_m)
+                found = min(found, max(0.0, foe.own_entry_m - OCCUPIED_GAP_M))
         return found

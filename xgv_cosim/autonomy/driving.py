@@ -13,13 +13,15 @@ from xgv_cosim.autonomy.lateral import (
     wanted_curvature_per_m,
     within_grip_per_m,
 )
-from xgv_cosim.autonomy.longitudinal import wanted_accel_mps2
+from xgv_cosim.autonomy.longitudinal import slowing_mps2, wanted_accel_mps2
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
 from xgv_cosim.observation import LaneBeside, Observation
 
 ADAPTS_FROM = 0.2
 """From this urgency on the car follows the leader of the lane that it wants to change to."""
 LANE_END_GAP_M = 3.0
+LATE_CHANGE_M, LATE_CHANGE_MPS = 20.0, 3.0
+"""So far before the end of its lane it is so slow that a short edge is enough to change lanes."""
 BACK_MPS = 2.5
 """At which it drives back to a road that it has left."""
 
@@ -65,27 +67,38 @@ class RouteDriving:
             return Wish(-self._settings.lost_decel_mps2, 0.0)
         beside = self._changes.decide(seen)
         goal_m = 0.0 if beside is None else beside.offset_m
-        stop_m = min(self._crossings.stop_m(seen), lane_end_stop_m(seen))
+        changes = self._changes.side != 0
+        stop_m = min(self._crossings.stop_m(seen), lane_end_stop_m(seen, changes=changes))
         curvature = wanted_curvature_per_m(seen, goal_m, self._settings)
         accel = wanted_accel_mps2(
             seen, self._settings, stop_m, *_also_followed(seen, beside), curvature_per_m=curvature
         )
+        accel = min(accel, late_change_mps2(seen))
         if not seen.on_road:
             accel = min(accel, max(BACK_MPS - seen.speed_mps, -self._settings.lost_decel_mps2))
         return Wish(accel, within_grip_per_m(curvature, seen.speed_mps, self._settings))
 
 
-def lane_end_stop_m(seen: Observation) -> float:
-    """Return where to wait for a lane change that has not succeeded: with room left to make it."""
+def lane_end_stop_m(seen: Observation, *, changes: bool) -> float:
+    """Return where to wait for a lane change that has not succeeded: with room left to make it.
+
+    Args:
+        seen: The view.
+        changes: The car moves over now: then it may use the lane to its end.
+    """
     if seen.lane_changes == 0 or not math.isfinite(seen.lane_end_m):
         return math.inf
+    if changes and abs(seen.lane_changes) == 1:
+        return seen.lane_end_m
     room_m = LANE_END_GAP_M + abs(seen.lane_changes) * SHORTEST_CHANGE_M
-    stop_m = seen.lane_end_m - room_m
-    if stop_m > 0.0:
-        return stop_m
-    changing = seen.left if seen.lane_changes > 0 else seen.right
-    # Within that room it creeps on while it can still move over, to the very end otherwise not.
-    return seen.lane_end_m - LANE_END_GAP_M if changing is not None else stop_m
+    return max(0.0, seen.lane_end_m - room_m)
+
+
+def late_change_mps2(seen: Observation) -> float:
+    """Return the most acceleration towards a lane's end before which only a later edge has a way out."""
+    if seen.lane_changes or not math.isfinite(seen.lane_end_m):
+        return math.inf
+    return slowing_mps2(seen.speed_mps, max(0.0, seen.lane_end_m - LATE_CHANGE_M), LATE_CHANGE_MPS)
 
 
 def _also_followed(seen: Observation, beside: LaneBeside | None) -> tuple[tuple[float, float], ...]:

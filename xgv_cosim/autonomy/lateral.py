@@ -17,7 +17,7 @@ CHANGE_FROM_M = 800.0
 """A lane change that is due this far ahead is begun as soon as the gap allows."""
 LATERAL_SPEED_MPS = 1.2
 """At which the line to follow moves over."""
-STEEPEST_SHIFT, FLATTEST_SHIFT = 0.3, 0.04
+STEEPEST_SHIFT, FLATTEST_SHIFT = 0.45, 0.04
 """Way to the side for each way ahead."""
 CHANGE_TIME_S = 4.0
 SHORTEST_CHANGE_M = 12.0
