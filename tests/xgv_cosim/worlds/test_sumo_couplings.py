@@ -282,7 +282,7 @@ def test_a_driver_whose_car_stood_under_the_computer_drives_on(sumo: NewWorld) -
         ego.drive(0.0)
     for _ in range(30):
         ego.drive(0.0, WORLD)
-    assert ego.state.speed_mps == pytest.approx(7.8, abs=0.3)  # 3 s at 2.6 m/s²
+    assert ego.state.speed_mps == pytest.approx(6.0, abs=0.3)  # 1 s at 1 m/s², then 2.6 m/s²
 
 
 def test_giving_way_ends_silently_where_the_free_coupling_is_asked_for(sumo: NewWorld) -> None:

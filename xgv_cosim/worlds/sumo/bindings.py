@@ -16,6 +16,7 @@ from xgv_cosim.worlds.sumo.couplings import (
     CarFollowing,
     Coupling,
     FreeCoupling,
+    LaneChangeEnding,
     LaneCoupling,
     LaneKeeping,
     LateralEasing,
@@ -25,6 +26,7 @@ from xgv_cosim.worlds.sumo.couplings import (
     enter,
 )
 from xgv_cosim.worlds.sumo.ghosts import Ghosts
+from xgv_cosim.worlds.sumo.handover import HeadingEasing, SpeedEasing
 from xgv_cosim.worlds.sumo.lane_frame import InLane, LaneFrames
 from xgv_cosim.worlds.sumo.standstill import Standstill
 from xgv_cosim.worlds.sumo.straddling import Owners, Straddling
@@ -49,6 +51,8 @@ class Binding:
     """What wrote it last, None before the first step."""
     gives_way: str = ""
     """Why the free coupling stands in for the one that ownership asks for, empty while it does not."""
+    changes_lane: bool = False
+    """SUMO has not yet ended a lane change of its driver, from whom the computer has taken the wheel."""
     choice: Choice = field(default_factory=Choice)
     """Between the two that ``CouplingKind.AUTO`` has."""
 
@@ -71,10 +75,13 @@ class Bindings:
             CouplingKind.LANE: self._lane,
             CouplingKind.AUTO: self._mirror,  # as long as it is exact, see ``write``
         }
+        self._change_ending = LaneChangeEnding(engine, step_s)
         self._lane_keeping = LaneKeeping(engine, step_s)
         self._car_following = CarFollowing(engine)
         self._world_driver = WorldDriver()
         self._easing = LateralEasing(engine, step_s)
+        self._speed_easing = SpeedEasing(engine, road, step_s)
+        self.headings = HeadingEasing(step_s)
         self._arrivals = ArrivalPositions(engine)
         self._frames = LaneFrames(road)
         self._straddling = Straddling(road) if with_ghosts else None
@@ -104,9 +111,9 @@ class Bindings:
             ends_route=False,
         )
 
-    def give_back(self, vehicle_id: str) -> None:
+    def give_back(self, vehicle_id: str, now: Snapshot) -> None:
         """Leave a vehicle to SUMO's driver for good."""
-        self._switch(vehicle_id, self.bound[vehicle_id], self._world_driver)
+        self._switch(vehicle_id, self.bound[vehicle_id], self._world_driver, now)
         del self.bound[vehicle_id]
         self._forget_lanes(vehicle_id)
 
@@ -122,6 +129,12 @@ class Bindings:
         self._standstill.forget(vehicle_id)
         self._forget_lanes(vehicle_id)
         self._easing.end(vehicle_id)
+        self._speed_easing.forget(vehicle_id)
+        self.headings.end(vehicle_id)
+
+    def settle(self) -> None:
+        """Take back what eases hand-overs: SUMO goes on without us."""
+        self._speed_easing.settle()
 
     def after_step(self) -> None:
         """Set right what SUMO's step has left, before anybody reads it."""
@@ -176,7 +189,10 @@ class Bindings:
                     reverses=placement.travelled_m[number] < 0.0,
                     leads_on=bool(leads_on[number]),
                 )
-            self._switch(vehicle_id, binding, coupling)
+            on_road = before.lane[rows[number]] >= 0
+            if self._is_changing_lanes(vehicle_id, binding, coupling) and on_road:
+                coupling = self._change_ending if coupling is not self._car_following else coupling
+            self._switch(vehicle_id, binding, coupling, before)
             freely[number] = coupling is self._free
             row = rows[number]
             ours = coupling.speed_mode == NO_SPEED_CHECKS
@@ -204,6 +220,7 @@ class Bindings:
             )
         self._show_ghosts(placement, before, rows, in_lane, freely)
         self._easing.advance()
+        self._speed_easing.advance(before)
 
     def _write_held(self, before: Snapshot) -> None:
         for target in self._held.values():
@@ -254,6 +271,15 @@ class Bindings:
             if binding is not None:
                 binding.choice.refuse()
 
+    def _is_changing_lanes(self, vehicle_id: str, binding: Binding, coupling: Coupling) -> bool:
+        """Return whether SUMO has still to end a lane change of its driver; the computer has the wheel."""
+        by_driver = {None, self._lane_keeping, self._world_driver}
+        if coupling in by_driver or not (binding.coupling in by_driver or binding.changes_lane):
+            binding.changes_lane = False
+        else:
+            binding.changes_lane = self._engine.vehicle.getLateralSpeed(vehicle_id) != 0.0
+        return binding.changes_lane
+
     def _asked_for(self, binding: Binding, computer_speed: bool, computer_steering: bool) -> Coupling:
         """Return the coupling that ownership asks for, see ``couplings``."""
         if computer_speed and computer_steering:
@@ -290,16 +316,27 @@ class Bindings:
             binding.gives_way = reason
         return self._free if reason else asked
 
-    def _switch(self, vehicle_id: str, binding: Binding, coupling: Coupling) -> None:
+    def _switch(self, vehicle_id: str, binding: Binding, coupling: Coupling, now: Snapshot) -> None:
         """Make ``coupling`` the one that writes the vehicle; calls SUMO only on a change."""
         if binding.coupling is coupling:
             return
-        enter(self._engine, vehicle_id, coupling)
+        enter(self._engine, vehicle_id, coupling, binding.coupling)
+        row = now.index_of.get(vehicle_id)
+        if coupling.speed_mode == NO_SPEED_CHECKS:
+            self._speed_easing.end(vehicle_id)
+        elif (
+            binding.coupling is not None
+            and binding.coupling.speed_mode == NO_SPEED_CHECKS
+            and row is not None
+        ):
+            self._speed_easing.begin(vehicle_id, float(now.speed_mps[row]), float(now.accel_mps2[row]))
         driver_steered = binding.coupling in {self._lane_keeping, self._world_driver}
         if coupling not in {self._lane_keeping, self._world_driver}:
             self._easing.end(vehicle_id)
+            self.headings.end(vehicle_id)
         elif binding.coupling is not None and not driver_steered:
             self._easing.begin(vehicle_id)
+            self.headings.begin(vehicle_id)
         binding.coupling = coupling
 
     def _in_lane(self, placement: Placement, before: Snapshot, rows: IntColumn) -> InLane:

@@ -148,6 +148,29 @@ class MirrorCoupling:
 
 
 @dataclass(frozen=True, slots=True)
+class LaneChangeEnding:
+    """The plant's pose beside the lane's centre line while SUMO ends a lane change that its driver began.
+
+    Nothing but time ends it (measured: neither ``moveTo`` nor ``moveToXY``, no new command, mode, route or
+    type). SUMO crashes if the vehicle is placed in the other lane before SUMO itself has it there: in the
+    middle it changes to the lane beside, which is now one too far. SUMO's own step sideways comes on top of
+    the lateral position that is written.
+    """
+
+    engine: Engine
+    step_s: float
+    speed_mode: int = NO_SPEED_CHECKS
+    lane_change_mode: int = NO_LANE_CHANGES
+
+    def write(self, target: Target) -> None:
+        """Move the vehicle to the plant's place along and across its lane."""
+        vehicle = self.engine.vehicle
+        vehicle.setSpeed(target.vehicle_id, max(target.along_m, 0.0) / self.step_s)
+        own_m = vehicle.getLateralSpeed(target.vehicle_id) * self.step_s
+        vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m - own_m)
+
+
+@dataclass(frozen=True, slots=True)
 class LaneKeeping:
     """Speed from the plant; the world's driver keeps the lane (computer brakes, driver steers)."""
 
@@ -185,11 +208,12 @@ class WorldDriver:
         """Leave everything to SUMO."""
 
 
-def enter(engine: Engine, vehicle_id: str, coupling: Coupling) -> None:
-    """Switch SUMO's modes for a vehicle that another coupling wrote before."""
+def enter(engine: Engine, vehicle_id: str, coupling: Coupling, before: Coupling | None) -> None:
+    """Switch SUMO's modes for a vehicle that another coupling wrote before, or none."""
+    had_speed = before is not None and before.speed_mode != NO_SPEED_CHECKS
     engine.vehicle.setSpeedMode(vehicle_id, coupling.speed_mode)
     engine.vehicle.setLaneChangeMode(vehicle_id, coupling.lane_change_mode)
-    if coupling.speed_mode != NO_SPEED_CHECKS:
+    if coupling.speed_mode != NO_SPEED_CHECKS and not had_speed:
         engine.vehicle.setSpeed(vehicle_id, SUMO_GOVERNS_SPEED)
 
 

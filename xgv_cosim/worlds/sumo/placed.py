@@ -27,7 +27,7 @@ def as_placed(
     in_lane_frame: Collection[str],
     step_s: float,
 ) -> Snapshot:
-    """Return the snapshot with true speeds and placement errors of the vehicles that the plant governs.
+    """Return the snapshot as the plant has its vehicles: true speeds and headings, and placement errors.
 
     In the frame of a lane SUMO's speed is the mean of the step; reverse it does not know at all. SUMO is
     told the speed at the end of the step, so that its drivers see that one (measured: the next step is
@@ -55,9 +55,15 @@ def as_placed(
         if row_before is not None:
             accel_mps2[rows[number]] = (now_mps - before.speed_mps[row_before]) / step_s
     speed_mps[rows[driven]] = placement.speed_mps[driven]
+    heading_rad = (
+        snapshot.heading_rad.copy()
+    )  # who follows cars under the computer's wheel has his lane's in SUMO
+    steered = np.flatnonzero(here & placement.computer_steering & ~placement.computer_speed)
+    heading_rad[rows[steered]] = placement.heading_rad[steered]
     errors = _errors(snapshot, placement, rows, in_lane_frame)
     return replace(
         snapshot,
+        heading_rad=heading_rad,
         speed_mps=speed_mps,
         accel_mps2=accel_mps2,
         placement_error_m=errors.distance_m,
