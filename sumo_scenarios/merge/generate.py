@@ -59,6 +59,11 @@ def route_file() -> str:
         '           speedDev="0" color="1,0.5,0"/>',
         '    <route id="main" edges="before merging after"/>',
         '    <route id="from_ramp" edges="ramp merging after"/>',
+        '    <flow id="right" type="car" route="main" begin="0" end="90" period="4.3" departLane="0" '
+        'departSpeed="24"/>',
+        '    <flow id="left" type="car" route="main" begin="0" end="90" period="4.9" departLane="1" '
+        'departSpeed="26"/>',
+        '    <flow id="ramp" type="car" route="from_ramp" begin="1" end="90" period="11" departSpeed="15"/>',
     ]
     departures: list[tuple[float, str]] = []
     for number in range(NUM_RAMP_XGVS):
@@ -79,17 +84,7 @@ def route_file() -> str:
                 'departLane="0" departSpeed="24"/>',
             )
         )
-    lines += [row for _, row in sorted(departures)]
-    lines += [
-        '    <flow id="right" type="car" route="main" begin="0" end="90" period="4.3" departLane="0" '
-        'departSpeed="24"/>',
-        '    <flow id="left" type="car" route="main" begin="0" end="90" period="4.9" departLane="1" '
-        'departSpeed="26"/>',
-        '    <flow id="ramp" type="car" route="from_ramp" begin="1" end="90" period="11" departSpeed="15"/>',
-        "</routes>",
-        "",
-    ]
-    return "\n".join(lines)
+    return "\n".join([*lines, *(row for _, row in sorted(departures)), "</routes>", ""])
 
 
 def main() -> None:
