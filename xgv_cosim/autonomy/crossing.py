@@ -94,7 +94,7 @@ class Crossings:
             return True
         waited_s = 0.0 if self._waits_since_s is None else seen.time_s - self._waits_since_s
         return any(
-            not self._passes(seen, foe)
+            not self._passes(seen, junction, foe)
             for foe in junction.foes
             if foe.first
             and not (waited_s > PATIENCE_S and foe.speed_mps < STANDS_MPS and foe.foe_entry_m > 1.0)
@@ -107,10 +107,13 @@ class Crossings:
         room_m = seen.leader_gap_m - junction.exit_m
         return -0.5 * seen.length_m < room_m < seen.length_m + CLEARANCE_M
 
-    def _passes(self, seen: Observation, foe: Foe) -> bool:
-        """Return whether the car crosses before a foe comes, or comes after he has left."""
+    def _passes(self, seen: Observation, junction: Junction, foe: Foe) -> bool:
+        """Return whether the car crosses before a foe comes, or enters the junction after he has left.
+
+        Not only the place where the ways meet: a foe brakes for whoever enters before him.
+        """
         accel = OWN_ACCEL_MPS2
-        in_s = arrival_s(foe.own_entry_m, seen.speed_mps, accel)
+        in_s = arrival_s(min(foe.own_entry_m, junction.line_m), seen.speed_mps, accel)
         out_s = arrival_s(foe.own_exit_m + seen.length_m, seen.speed_mps, accel)
         foe_in_s = arrival_s(foe.foe_entry_m, foe.speed_mps, FOE_ACCEL_MPS2)
         foe_out_s = max(0.0, foe.foe_exit_m + foe.length_m) / max(0.5, foe.speed_mps)

@@ -1,0 +1,77 @@
+"""The reference stack on networks that nobody here made: a motorway, a town, a quarter of the cars bound."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import sumo
+import sumo_rl
+
+from xgv_cosim import simulate
+from xgv_cosim.simulation import Simulation
+from xgv_cosim.snapshot import Snapshot
+
+A10KW = Path(sumo.__file__).parent / "tools" / "game" / "A10KW.sumocfg"
+COLOGNE8 = Path(sumo_rl.__file__).parent / "nets" / "RESCO" / "cologne8" / "cologne8.sumocfg"
+NARROWER_THAN_ITS_CIRCLE = frozenset({"135663_411_0", "146391_416_0"})
+"""Cars of cologne8 whose route turns round within a street of two lanes: no car can without reversing."""
+
+
+class Watch:
+    """What must not happen, collected over a run."""
+
+    def __init__(self, run: Simulation) -> None:
+        self._run = run
+        self.off_road: set[str] = set()
+        self.ran_red: set[str] = set()
+        self.contacts: set[tuple[str, str]] = set()
+        self.bound: set[str] = set()
+        self._waits: dict[str, tuple[str, str]] = {}
+        """Of each car before a signal its lane and the signal's colour."""
+
+    def look(self, snapshot: Snapshot) -> None:
+        names = [name for name in self._run.vehicle_ids if name in snapshot.index_of]
+        self.bound.update(names)
+        around, road = self._run.world.surroundings(names), self._run.world.road
+        for name, signal in zip(names, around.signals, strict=True):
+            lane = int(snapshot.lane[snapshot.index_of[name]])
+            if lane < 0:
+                self.off_road.add(name)
+                continue
+            lane_id = road.lane_ids[lane]
+            waited_on, colour = self._waits.pop(name, ("", ""))
+            if colour == "red" and waited_on != lane_id and lane_id.startswith(":"):
+                self.ran_red.add(name)
+            if signal is not None and signal.line_m < 10.0 and not lane_id.startswith(":"):
+                self._waits[name] = lane_id, signal.colour
+        self.contacts.update((contact.collider, contact.victim) for contact in snapshot.collisions)
+
+
+def watched(config: Path, seconds: float) -> tuple[Watch, Simulation]:
+    with simulate(config, bind=["share=0.25"], set=[f"duration_s={seconds}"]) as run:
+        watch = Watch(run)
+        while run.now_s < seconds:
+            watch.look(run.step())
+        return watch, run
+
+
+@pytest.mark.slow
+def test_300_seconds_of_a_motorway_and_its_ramps() -> None:
+    watch, run = watched(A10KW, 300.0)
+    assert len(watch.bound) > 200
+    assert watch.off_road == set()
+    assert watch.ran_red == set()
+    assert len(run.state.released) > 50
+    assert len([pair for pair in watch.contacts if set(pair) & watch.bound]) <= 2
+
+
+@pytest.mark.slow
+def test_300_seconds_of_a_town() -> None:
+    watch, run = watched(COLOGNE8, 300.0)
+    assert len(watch.bound) > 30
+    assert watch.off_road <= NARROWER_THAN_ITS_CIRCLE
+    assert watch.ran_red == set()
+    assert len(run.state.released) > 15
+    touched = [pair for pair in watch.contacts if set(pair) & (watch.bound - NARROWER_THAN_ITS_CIRCLE)]
+    assert len(touched) <= 1
