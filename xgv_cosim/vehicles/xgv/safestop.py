@@ -131,8 +131,10 @@ class Receiver:
         self._dead = False
         self._bypass = False
         self._stuck: dict[Relay, bool] = {}
-        self._deadline: tuple[int, float] | None = None
-        """(revision of the transmitter, next change) as last computed."""
+        self._change_s = math.inf
+        """The next change as last computed."""
+        self._change_of: int | None = None
+        """For which revision of the transmitter it was computed."""
 
     @property
     def is_silent(self) -> bool:
@@ -176,13 +178,13 @@ class Receiver:
     def next_change_s(self) -> float:
         """Return when relays or link may change by themselves, ``inf`` for never."""
         revision = self._transmitter.revision
-        if self._deadline is None or self._deadline[0] != revision:
-            self._deadline = (revision, self._look_ahead())
-        return self._deadline[1]
+        if self._change_of != revision:
+            self._change_s, self._change_of = self._look_ahead(), revision
+        return self._change_s
 
     def advance(self, now_s: float) -> None:
         """Hear what has arrived up to ``now_s``; to be called at each ``next_change_s``."""
-        settings, self._now_s, self._deadline = self._settings, now_s, None
+        settings, self._now_s, self._change_of = self._settings, now_s, None
         arrived_s = now_s - settings.latency_s
         if self._link_up and not self._dead:
             sent_s = self._transmitter.frame_before(arrived_s, settings.frame_period_s)

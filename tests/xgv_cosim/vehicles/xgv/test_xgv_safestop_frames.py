@@ -193,7 +193,7 @@ def test_a_receiver_wakes_just_when_something_changes(
     settings = SafeStopSettings(loss_share=loss_share, link_timeout_s=timeout_s, latency_s=latency_s)
     lazy, eager = (Receiver(settings, transmitter, "1/car", 0.0) for _ in range(2))
     woken, changed, seen = 0, 0, (eager.relays, eager.link)
-    for tick in range(3000):
+    for tick in range(2100):
         now_s = tick / 100
         if tick in {533, 700, 1204}:
             transmitter.set(now_s, pause=tick == 533, stop=tick == 1204)
