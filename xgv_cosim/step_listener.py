@@ -252,8 +252,10 @@ class Plugin:
 
     def _detach(self, *, quietly: bool) -> None:
         try:
-            if self._simulation is not None and self._hold.engine is not None:
-                for vehicle_id in self.vehicle_ids:
+            engine = self._hold.engine
+            if self._simulation is not None and engine is not None:
+                present = frozenset(engine.vehicle.getIDList())  # after a failed step some may have gone
+                for vehicle_id in [name for name in self.vehicle_ids if name in present]:
                     self._simulation.world.release(vehicle_id)
                 self._hold.settle()
             self._end("the plugin was detached", quietly=quietly)
@@ -309,7 +311,9 @@ class Plugin:
         if self._simulation is None:
             engine = self._hold.engine
             if engine is None:
-                raise WorldError("the script has no simulation open; start SUMO first")
+                raise WorldError(
+                    "there is no simulation to take part in: start SUMO first, or attach() again"
+                )
             step_s = step_length_s(engine)
             injections = self._rules.begin(seed_of(engine) if self._seed is None else self._seed)
             world = SumoWorld(lambda: AttachedSimulation(self._hold), step_s)

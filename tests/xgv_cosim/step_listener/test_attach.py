@@ -217,6 +217,9 @@ def test_after_detach_sumo_drives_everybody_and_the_script_goes_on(script: Scrip
         script.module.simulationStep()
     assert script.module.simulation.getTime() == pytest.approx(6.0)
     assert script.module.vehicle.getSpeed("xgv_0") > 5.0
+    with pytest.raises(WorldError, match="no simulation"):
+        plugin.vehicle("xgv_0")
+    plugin.detach()  # does nothing more
     again = xgv_cosim.attach(script.module)
     again.detach()
 

@@ -30,7 +30,7 @@ class OverSocket(Protocol):
         ...
 
     def look_ahead(self) -> None:
-        """Ask again what was asked after the last step; SUMO has just made another."""
+        """Ask again what was asked after the last step, all at once; SUMO has just made another."""
         ...
 
     def remember(self) -> None:

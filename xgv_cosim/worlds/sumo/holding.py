@@ -118,7 +118,8 @@ class LibsumoHold:
     @property
     def engine(self) -> Engine | None:
         """Return libsumo while it holds a simulation."""
-        engine: Engine | None = self._libsumo if self._libsumo.isLoaded() else None
+        is_there = LibsumoHold.held_by is self and self._libsumo.isLoaded()
+        engine: Engine | None = self._libsumo if is_there else None
         return engine
 
     def step_once(self) -> None:

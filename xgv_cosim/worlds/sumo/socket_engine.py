@@ -4,7 +4,7 @@ traci sends one message for each call and waits for its answer, 25 to 100 µs ea
 number of commands in one message. So
 
 * commands to vehicles are kept, and go with the next message that has to be answered;
-* what was asked after the last step is asked again after this one, all in one message (``look_ahead``);
+* what was asked after the last step is asked again after this one, all at once (``look_ahead``);
 * what is asked about something new (a vehicle that has just departed, the lanes of the network) is asked
   about all that is new;
 * what is asked now and then about some vehicles is asked about all of them when it is asked about one.
@@ -129,7 +129,11 @@ class SocketEngine:
             self._connection.send()
 
     def look_ahead(self) -> None:
-        """Ask again what was asked after the last step, in one message; SUMO has just made another."""
+        """Ask again what was asked after the last step, in two messages; SUMO has just made another.
+
+        The second is about vehicles, without those that the first has told to be gone: SUMO writes each
+        refusal on its standard error, which is the user's terminal.
+        """
         self._learn()
         again = [question for question in self._asked if question.domain not in STATIC]
         self._asked_before, self._asked = self._asked, {}
@@ -139,7 +143,14 @@ class SocketEngine:
         self._missing.clear()
         self._new = {domain: subjects for domain, subjects in self._new.items() if domain in STATIC}
         self._trusts_answers = True
-        self._ask_all(again)
+        about_vehicles: list[Question] = []
+        about_all: list[Question] = []
+        for question in again:
+            is_about_one = question.domain == "vehicle" and question.subject
+            (about_vehicles if is_about_one else about_all).append(question)
+        self._ask_all(about_all)
+        present = self._known.get("vehicle", frozenset())
+        self._ask_all([question for question in about_vehicles if question.subject in present])
         self._connection.forget_all_but(again)
 
     def remember(self) -> None:

@@ -44,21 +44,24 @@ class SocketHold:
         if self._follows_all and any(other._follows_all for other in self.everybody):
             raise WorldError("traci is attached already; use that plugin, or detach() it first")
         self._original: Callable[..., Any]
-        if self._follows_all:
-            self._take_current()
-        else:
-            self._take(given)
+        self.everybody.append(self)
+        try:
+            self._take_current() if self._follows_all else self._take(given)
+        except WorldError:
+            self.everybody.remove(self)
+            raise
         self._patches = Patches()
         self._patches.wrap(self._home.Connection, "simulationStep", self._step_wrapper)
         for name in ("load", "close"):
             self._patches.wrap(self._home.Connection, name, self._end_wrapper)
         domain = sys.modules["traci._simulation"].SimulationDomain
         self._patches.wrap(domain, "loadState", self._load_state_wrapper)
-        self.everybody.append(self)
 
     @property
     def engine(self) -> SocketEngine | None:
         """Return the interface to the connection that is held, None while none is open."""
+        if self not in self.everybody:
+            return None
         if self._connection is None and self._follows_all:
             self._take_current()
         if self._connection is None or self._connection._socket is None:

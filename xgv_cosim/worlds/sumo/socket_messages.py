@@ -141,7 +141,8 @@ class SharedConnection(Connection):  # type: ignore[misc] # traci carries no typ
 
     def forget_all_but(self, questions: Sequence[Question]) -> None:
         """Keep no written commands but those of these questions."""
-        self._written = {question: self._written[question] for question in questions}
+        written = self._written
+        self._written = {question: written[question] for question in questions if question in written}
 
     def _call(self, question: Question) -> Callable[[], Any]:
         getter = getattr(getattr(self, question.domain), question.getter)
