@@ -169,6 +169,15 @@ _READINGS = (
         (*_RELEASES, "partial_mode", "steering_control:nobody"),
     ),
     _Reading(
+        "XGV-64",
+        "D",
+        "The world's driver wants the car's own motion at first: he slows down to his own speed at "
+        "0.6 m/s², with a jerk of 1 m/s³ from the car's acceleration, or speeds up at 1 m/s² for 1 s; he "
+        "brings the car to the middle of its lane at 0.5 m/s, and a difference in heading fades to 1/e in "
+        "0.5 s. Who has to brake harder for a leader, a signal or a limit does.",
+        ("speed_control:driver", "steering_control:driver"),
+    ),
+    _Reading(
         "XGV-70",
         "D",
         "Before the first accepted command the car stops and holds; a change of control mode or "

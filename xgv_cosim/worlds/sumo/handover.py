@@ -133,6 +133,9 @@ class SpeedEasing:
             if row is None:
                 self._leave(vehicle_id)
                 continue
+            if self._engine.vehicle.getSpeedFactor(vehicle_id) != state.factor:
+                self.end(vehicle_id)  # a script has set another, which stays
+                continue
             limit_mps = self._limit_mps(vehicle_id, state)
             state.accel_mps2 = max(state.accel_mps2 - JERK_MPS3 * self._step_s, -SLOWS_MPS2)
             target_mps = min(
@@ -154,18 +157,24 @@ class SpeedEasing:
         return reach_mps / state.factor
 
     def _limit_ahead_mps(self, vehicle_id: str, state: _Slowing, before: Snapshot, row: int) -> float:
-        """Return the speed from which he can still brake to his wish for the lane that comes next.
+        """Return the speed from which he can still brake to his wish for the lanes that come next.
 
         SUMO looks ahead with the factor that is set now, which may be too high for a turn.
         """
-        links = self._engine.vehicle.getNextLinks(vehicle_id)
         lane = before.lane[row]
+        links = self._engine.vehicle.getNextLinks(vehicle_id)
         if not links or lane < 0:
             return math.inf
-        ahead = self._road.index_of[links[0][4] or links[0][0]]
-        wish_mps = state.own_factor * self._road.limits_mps[ahead]
-        left_m = max(self._road.lengths_m[lane] - before.lane_position_m[row], 0.0)
-        return math.sqrt(wish_mps**2 + 2.0 * state.decel_mps2 * left_m)
+        approached, *_, via, _, _, via_m = links[0]
+        after_m = before.lane_position_m[row] + before.speed_mps[row] * self._step_s
+        left_m = max(float(self._road.lengths_m[lane] - after_m), 0.0)
+        most_mps = math.inf
+        for ahead, distance_m in ((via, left_m), (approached, left_m + via_m)):
+            if ahead:
+                wish_mps = state.own_factor * self._road.limits_mps[self._road.index_of[ahead]]
+                squared_m2ps2 = wish_mps**2 + 2.0 * state.decel_mps2 * distance_m
+                most_mps = min(most_mps, math.sqrt(squared_m2ps2))
+        return most_mps
 
     def _leave(self, vehicle_id: str) -> None:
         """A vehicle is not on the road any more: it may come back from a teleport."""

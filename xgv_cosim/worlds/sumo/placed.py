@@ -55,10 +55,8 @@ def as_placed(
         if row_before is not None:
             accel_mps2[rows[number]] = (now_mps - before.speed_mps[row_before]) / step_s
     speed_mps[rows[driven]] = placement.speed_mps[driven]
-    heading_rad = (
-        snapshot.heading_rad.copy()
-    )  # who follows cars under the computer's wheel has his lane's in SUMO
-    steered = np.flatnonzero(here & placement.computer_steering & ~placement.computer_speed)
+    heading_rad = snapshot.heading_rad.copy()  # in the frame of a lane SUMO has the lane's
+    steered = np.flatnonzero(here & placement.computer_steering)
     heading_rad[rows[steered]] = placement.heading_rad[steered]
     errors = _errors(snapshot, placement, rows, in_lane_frame)
     return replace(
