@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from xgv_cosim.actuation import Driver, Gear, Lateral, Longitudinal, LostFunction
+from xgv_cosim.actuation import Driver, Lateral, Longitudinal, LostFunction
 from xgv_cosim.columns import BoolColumn, UInt8Column
+from xgv_cosim.road import Road
 from xgv_cosim.simulation import braking, commanding
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.moding import AxisModes
 from xgv_cosim.simulation.state import RunState
-from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Snapshot
-
 
 _NOT_THE_COMPUTERS = (Longitudinal.FREE, Longitudinal.DRIVER)
 _EMERGENCY_BRAKING = (Longitudinal.FULL_BRAKE, Longitudinal.MAXIMUM_BRAKING)
