@@ -84,19 +84,19 @@ def lane_end_stop_m(seen: Observation, *, changes: bool) -> float:
 
     Args:
         seen: The view.
-        changes: The car moves over now: then it may use the lane to its end.
+        changes: The car moves over now, into a gap: the lane's end is a line that it may cross aslant.
     """
     if seen.lane_changes == 0 or not math.isfinite(seen.lane_end_m):
         return math.inf
     if changes and abs(seen.lane_changes) == 1:
-        return seen.lane_end_m
+        return math.inf
     room_m = LANE_END_GAP_M + abs(seen.lane_changes) * SHORTEST_CHANGE_M
     return max(0.0, seen.lane_end_m - room_m)
 
 
 def late_change_mps2(seen: Observation) -> float:
-    """Return the most acceleration towards a lane's end before which only a later edge has a way out."""
-    if seen.lane_changes or not math.isfinite(seen.lane_end_m):
+    """Return the most acceleration towards a lane's end where little room is left to leave it."""
+    if not math.isfinite(seen.lane_end_m) or (seen.lane_changes and seen.lane_end_m > LATE_CHANGE_M):
         return math.inf
     return slowing_mps2(seen.speed_mps, max(0.0, seen.lane_end_m - LATE_CHANGE_M), LATE_CHANGE_MPS)
 
