@@ -28,7 +28,7 @@ def bind_as_in(plugin: xgv_cosim.Plugin, scenario: str) -> None:
         plugin.inject(keys.pop("vehicles"), **keys)
 
 
-@pytest.mark.parametrize(("scenario", "num_steps"), [("hello", 300), ("freeway_estop", 120)])
+@pytest.mark.parametrize(("scenario", "num_steps"), [("hello", 150), ("freeway_estop", 60)])
 def test_the_same_trace_as_a_headless_run(script: Script, scenario: str, num_steps: int) -> None:
     """Points 3.5 and 3.12: same configuration, seed and options, so the same to the last bit."""
     headless, trace = headless_trace(scenario, num_steps, seed=3), Trace()
