@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from xgv_cosim.actuation import Driver, Lateral, Longitudinal
+from xgv_cosim.actuation import Driver, Lateral, Longitudinal, LostFunction
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column
 from xgv_cosim.fleet import Fleet, HeldOutputs
 from xgv_cosim.vehicles.base import ModeInputs, Resolution, VehicleProfile
@@ -28,7 +28,7 @@ def resolve(fleet: Fleet, groups: Sequence[tuple[VehicleProfile, IntColumn]]) ->
     """Return every profile's answer, scattered over the slots; free slots keep what they have.
 
     Of a frozen controller only the devices act that need no software; else it holds what it put out
-    last (XGV-67).
+    last (XGV-67). A steering that an error has taken away is nobody's, whoever should have it (XGV-38).
     """
     answer = Resolution(
         safety_mode=fleet.safety_mode.copy(),
@@ -58,7 +58,10 @@ def resolve(fleet: Fleet, groups: Sequence[tuple[VehicleProfile, IntColumn]]) ->
         for whole, column in zip(answer, part, strict=True):
             whole[slots] = column
     held = fleet.frozen & (devices == 0)
-    return answer if not held.any() else _holding(answer, fleet.held, held)
+    if held.any():
+        answer = _holding(answer, fleet.held, held)
+    lost = fleet.lost_functions & LostFunction.STEERING != 0
+    return answer if not lost.any() else _without_steering(answer, lost)
 
 
 def _holding(answer: Resolution, outputs: HeldOutputs, held: BoolColumn) -> Resolution:
@@ -72,6 +75,16 @@ def _holding(answer: Resolution, outputs: HeldOutputs, held: BoolColumn) -> Reso
         stop_demanded=answer.stop_demanded & ~held,
         pausing=answer.pausing & ~held,
     )
+
+
+def _without_steering(answer: Resolution, lost: BoolColumn) -> Resolution:
+    """Return the answer with the wheel released where its actuator does nothing more.
+
+    As with steering that is not initialised (XGV-69) nobody has given it to the driver: a rider takes it
+    after his reaction time. A lost brake releases nothing: pedals and gear stay the computer's, which has
+    the throttle at 0, and the rider stays passive; the stop without effect is an event (XGV-38).
+    """
+    return answer._replace(lateral=np.where(lost, np.uint8(Lateral.FREE), answer.lateral))
 
 
 def _released_since(released: BoolColumn, since_s: FloatColumn, now_s: float) -> FloatColumn:

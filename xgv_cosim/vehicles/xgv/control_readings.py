@@ -56,7 +56,7 @@ CONTROL_READINGS = (
         "D",
         "Gears: in closed loop the sign of the commanded speed chooses drive or reverse; a change takes "
         "0.5 s of standstill with the brake pressed and 1.0 s of shifting (plant: shift_standstill_s, "
-        "shift_delay_s). Steering that has lost its function is as if released.",
+        "shift_delay_s).",
         ("handover", "gear_engaged"),
     ),
     Reading(
@@ -116,6 +116,14 @@ CONTROL_READINGS = (
             setting=f"errors_effect_{name}",
         )
         for name, what in _EFFECT_TEXTS
+    ),
+    Reading(
+        "XGV-38",
+        "D",
+        "A lost steering is nobody's, like one that is not initialised: a rider takes the wheel after his "
+        "reaction time. A lost brake releases no axis: throttle 0, the car rolls on, and the rider stays "
+        "passive, for the world's driver would stop it with a brake that it has not.",
+        ("steering_control:nobody", "pause_ineffective", "disable_ineffective"),
     ),
     Reading(
         "XGV-38",
