@@ -16,6 +16,8 @@ _TEXTS = {
     "pause_ineffective": "a pause does not brake",
     "pause_weaker_than_set": "a pause brakes less than it is set to",
     "disable_ineffective": "a disable does not brake",
+    "disable_weaker_than_full": "a disable brakes less than fully",
+    "override_masked": "the manual override does not act",
     "without_drive": "nothing drives it from {t_s:g} s on: {after}",
     "stack_failed": "the stack failed at {t_s:g} s",
     "controller_failed": "the controller failed at {t_s:g} s",

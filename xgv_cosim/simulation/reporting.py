@@ -14,7 +14,6 @@ from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
 
 _NOT_THE_COMPUTERS = (Longitudinal.FREE, Longitudinal.DRIVER)
-_EMERGENCY_BRAKING = (Longitudinal.FULL_BRAKE, Longitudinal.MAXIMUM_BRAKING)
 
 
 def _holder(code: int, free: int, driver: int) -> str:
@@ -62,21 +61,31 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
     """Enter stop demands that do not stop the car, when they begin and, with their duration, when they end.
 
     ``stop_masked``: a higher mode, a fault or a bypass stands before the demand (XGV-68).
+    ``override_masked``: the manual override is engaged, and a frozen controller does not see it (XGV-13).
     ``pause_ineffective``, ``disable_ineffective``: the mode is a stop, and the computer does not brake, for
     the pedals are a human's or an error has taken the brake away (XGV-38, XGV-41).
     ``pause_weaker_than_set``: it brakes, but the road does not let it reach the set deceleration (XGV-36).
+    ``disable_weaker_than_full``: likewise full brake, for want of the engine's assistance (XGV-31).
+
+    A stop that a frozen controller holds counts as the stop that it is; it may have frozen before the brake
+    was there.
     """
     fleet = state.fleet
+    pausing = pausing | _held_pauses(state)
+    governed = braking.governed_by(fleet)
     left_to_human = pausing & fleet.handed_over & np.isin(fleet.longitudinal, _NOT_THE_COMPUTERS)
     without_brake = (fleet.lost_functions & LostFunction.BRAKE != 0) & (
-        (pausing & (fleet.longitudinal == Longitudinal.CONTROLLED_STOP))
-        | np.isin(fleet.longitudinal, _EMERGENCY_BRAKING)
+        (pausing & (governed == Longitudinal.CONTROLLED_STOP)) | braking.is_full_brake(governed)
     )
     reach = braking.reach_of(fleet)
     weaker = braking.is_weaker_than_set(fleet, reach) & ~without_brake
+    weaker_than_full = braking.is_weaker_than_full(fleet, reach) & ~without_brake
     for vehicle in state.vehicles:
         slot, mode = vehicle.slot, int(fleet.safety_mode[vehicle.slot])
-        now = {("stop_masked", what): why for what, why in vehicle.devices.masked_stops(mode).items()}
+        masked = vehicle.devices.masked_stops(mode, handed_over=bool(fleet.handed_over[slot]))
+        now = {("stop_masked", what): why for what, why in masked.items()}
+        if why := vehicle.devices.masked_override(mode):
+            now["override_masked", "manual override"] = why
         if left_to_human[slot] or without_brake[slot]:
             kind = "pause_ineffective" if pausing[slot] else "disable_ineffective"
             name = vehicle.binding.profile.safety_mode_name(mode)
@@ -84,12 +93,26 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
         if weaker[slot]:
             name = vehicle.binding.profile.safety_mode_name(mode)
             now["pause_weaker_than_set", name] = braking.why_weaker(fleet, reach, slot)
+        if weaker_than_full[slot]:
+            name = vehicle.binding.profile.safety_mode_name(mode)
+            now["disable_weaker_than_full", name] = braking.why_weaker_than_full(fleet, reach, slot)
         for kind, what in [key for key in vehicle.lasting if key not in now]:
             _end(state, vehicle, kind, what)
         for (kind, what), why in now.items():
             if (kind, what) not in vehicle.lasting:
                 vehicle.lasting[kind, what] = state.now_s
                 state.note(vehicle.vehicle_id, kind, "", what, (why,))
+
+
+def _held_pauses(state: RunState) -> BoolColumn:
+    """Return where a frozen controller holds the outputs of a pause (XGV-67)."""
+    fleet = state.fleet
+    held = np.zeros(fleet.num_slots, np.bool_)
+    for slot in np.flatnonzero(fleet.frozen & (fleet.safety_mode == fleet.held.safety_mode)).tolist():
+        if fleet.ids[slot] is not None:
+            vehicle = state.vehicles[str(fleet.ids[slot])]
+            held[slot] = vehicle.binding.profile.is_pause(int(fleet.safety_mode[slot]))
+    return held
 
 
 def _why_no_brake(state: RunState, vehicle: BoundVehicle, *, is_manual: bool) -> str:

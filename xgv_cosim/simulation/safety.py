@@ -77,6 +77,7 @@ def _follow_freeze(state: RunState, vehicle: BoundVehicle) -> None:
         released_speed = longitudinal in {Longitudinal.FREE, Longitudinal.DRIVER}
         released_steering = lateral in {Lateral.FREE, Lateral.DRIVER}
         held.safety_mode[slot] = fleet.safety_mode[slot]
+        held.governed[slot] = longitudinal
         held.longitudinal[slot] = longitudinal if released_speed else Longitudinal.OPEN_LOOP
         held.lateral[slot] = lateral if released_steering else Lateral.OPEN_LOOP
         held.throttle[slot] = motion.throttle[slot]

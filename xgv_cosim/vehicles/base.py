@@ -136,8 +136,17 @@ class SafetyDevices(Protocol):
         """Take note of a pre-emption; the answer is that of ``follow_stops`` (XGV-66)."""
         ...
 
-    def masked_stops(self, safety_mode: int) -> Mapping[str, str]:
-        """Return each stop demand that has no effect in this mode, and what masks it (XGV-68)."""
+    def masked_stops(self, safety_mode: int, *, handed_over: bool = True) -> Mapping[str, str]:
+        """Return each stop demand that has no effect in this mode, and what masks it (XGV-68).
+
+        Args:
+            safety_mode: In force now.
+            handed_over: False: the world's driver still has both axes, and no pause brakes.
+        """
+        ...
+
+    def masked_override(self, safety_mode: int) -> str:
+        """Return why an override that is engaged has no effect in this mode, empty if it has (XGV-13)."""
         ...
 
     def reasons(self, computed: tuple[str, ...]) -> tuple[str, ...]:
@@ -191,6 +200,10 @@ class VehicleProfile(Protocol):
     @property
     def base_device_bits(self) -> int:
         """Return the safety-device bits of a vehicle to which nothing happens."""
+        ...
+
+    def is_pause(self, safety_mode: int) -> bool:
+        """Return whether a safety mode is a controlled stop, as ``Resolution.pausing`` of the fleet."""
         ...
 
     @property

@@ -95,6 +95,10 @@ class Transmitter:
         if silent != self.is_silent:
             self._switched.append((now_s, silent))
 
+    def move_after(self, time_s: float) -> float:
+        """Return when toggle or button move first after ``time_s``, ``inf`` if they have not yet."""
+        return min((moved for moved, _ in self._moved if moved > time_s + _ROUNDING_S), default=math.inf)
+
     def num_moves(self, until_s: float) -> int:
         """Return how often toggle and button have moved up to a time, that time included."""
         return sum(moved_s <= until_s + _ROUNDING_S for moved_s, _ in self._moved)

@@ -93,6 +93,10 @@ def test_a_radio_that_falls_silent_is_lost_for_all_its_cars_and_a_press_meanwhil
             (2.5, "good", "none"),
             (5.05, "none", "good"),
         ]
+        assert told(run, name, "stop_masked") == [
+            (2.21, "", "SafeStop stop", ("radio frames lost",)),  # in the half second before the time-out too
+            (5.05, "SafeStop stop", "", ("lasted 2.84 s",)),
+        ]
     assert modes(run, "c") == modes(run, "own") == []
 
 

@@ -96,8 +96,9 @@ _READINGS = (
     _Reading(
         "XGV-32",
         "D",
-        "Inactive has no wire code; going inactive releases even the full brake of a disable.",
-        ("safety_mode:inactive",),
+        "Inactive has no wire code; going inactive releases even the full brake of a disable, and the event "
+        "disable_released says so.",
+        ("safety_mode:inactive", "disable_released"),
     ),
     _Reading(
         "XGV-35",

@@ -63,7 +63,16 @@ EFFECTS: Mapping[InjectionKind, InjectionEffect] = MappingProxyType(
 """What each injection does to an XGV (XGV-14, XGV-52, cross-profile rules); other kinds are unsupported."""
 
 _STEERING_KINDS = (InjectionKind.STEERING_UNINITIALISED, InjectionKind.STEERING_AWAITS_USER)
-_STOPPING_MODES = modes.PAUSES | {SafetyMode.ESTOP_DISABLE}
+_STRENGTH = {
+    **dict.fromkeys(SafetyMode, 0),
+    **dict.fromkeys(modes.PAUSES, 1),
+    SafetyMode.ESTOP_DISABLE: 2,
+}
+"""How hard each mode stops the car: not at all, as a pause, with full brake."""
+_PAUSE, _DISABLE = _STRENGTH[SafetyMode.ESTOP_PAUSE], _STRENGTH[SafetyMode.ESTOP_DISABLE]
+_HAND_HAS_ALL = frozenset(
+    {SafetyMode.MANUAL_OVERRIDE, SafetyMode.EMERGENCY_MANUAL_OVERRIDE, SafetyMode.INACTIVE}
+)
 _STOP_BITS = modes.SAFESTOP_STOP | modes.ESTOP_BUTTON
 
 
@@ -93,12 +102,14 @@ class XgvDevices:
         self._rearming = Rearming(settings.rearm)
         self._acting: set[InjectionKind] = set()
         self._codes: set[int] = set()
+        self._held_bits = 0
+        """The device word with which the controller froze, while it is frozen."""
         self._refresh()
 
     def _refresh(self) -> None:
         """Compute anew what is asked at every tick and changes seldom."""
         self._bits = self._word()
-        self._masked: dict[tuple[int, int], Mapping[str, str]] = {}
+        self._masked: dict[tuple[int, bool, int], Mapping[str, str]] = {}
         self._followed: int | None = None
         self._is_active = InjectionKind.INACTIVE not in self._acting
         self._is_frozen = InjectionKind.FROZEN in self._acting and self._is_active
@@ -154,7 +165,10 @@ class XgvDevices:
         """Let an injection of ``EFFECTS`` begin or end."""
         before, receiver = self._receiver.link, self._receiver
         events: list[EndpointChanged] = []
-        if kind is InjectionKind.INACTIVE and begins and self.bits & _STOP_BITS and not self.is_frozen:
+        if kind is InjectionKind.FROZEN and begins and not self.is_frozen:
+            self._held_bits = self.bits
+        stop_bits = _STOP_BITS & (self._held_bits if self.is_frozen else self.bits)
+        if kind is InjectionKind.INACTIVE and begins and self.is_active and stop_bits:
             why = "going inactive releases the full brake of the e-stop disable"
             events.append(EndpointChanged("disable_released", "estop_disable", "inactive", (why,)))
         if kind is InjectionKind.ERROR:
@@ -209,43 +223,70 @@ class XgvDevices:
         """Take note of a pre-emption (XGV-66)."""
         return self._rearming.strike(RearmCause.PREEMPTION)
 
-    def masked_stops(self, safety_mode: int) -> Mapping[str, str]:
-        """Return the e-stop demands without effect; in a mode that stops the car there are none (XGV-68).
+    def masked_stops(self, safety_mode: int, *, handed_over: bool = True) -> Mapping[str, str]:
+        """Return the demands to stop that the mode in force does not meet, and what masks each (XGV-68).
 
-        A demand that is only still on its way from the transmitter is not masked.
+        A pause meets a demand to pause, a disable every one; a stop demanded in a pause and unheard is
+        masked like any other. A demand that is only still on its way from the transmitter is not masked.
         """
-        key = (safety_mode, self._transmitter.revision)  # another car's press may move a shared one
+        key = (
+            safety_mode,
+            handed_over,
+            self._transmitter.revision,
+        )  # another car's press may move a shared one
         found = self._masked.get(key)
         if found is None:
-            found = self._masked[key] = self._masked_in(safety_mode)
+            mode = _mode_of(safety_mode)
+            met = _STRENGTH[mode] if handed_over or mode is not SafetyMode.SOFTWARE_PAUSE else 0
+            if self._is_frozen and mode is SafetyMode.SOFTWARE_PAUSE:
+                met = 0  # held for a cause of its own; whatever demands a stop now is not heard
+            demanded = self._demanded(mode)
+            found = {what: why for what, (why, strength) in demanded.items() if strength > met}
+            self._masked[key] = found
         return found
 
-    def _masked_in(self, safety_mode: int) -> Mapping[str, str]:
-        mode = SafetyMode(safety_mode) if safety_mode not in range(2, 8) else SafetyMode.SOFTWARE_PAUSE
-        if mode in _STOPPING_MODES:
-            return {}
+    def masked_override(self, safety_mode: int) -> str:
+        """Return why the engaged manual override does not act: the controller is frozen (XGV-13, XGV-67).
+
+        In a disable it does not act by rule (XGV-29, XGV-31), and what the hardware gives to the human it
+        need not give.
+        """
+        mode = _mode_of(safety_mode)
+        is_moot = mode in _HAND_HAS_ALL or mode is SafetyMode.ESTOP_DISABLE
+        engaged = InjectionKind.OVERRIDE in self._acting
+        return "controller frozen" if engaged and self._is_frozen and not is_moot else ""
+
+    def _demanded(self, mode: SafetyMode) -> dict[str, tuple[str, int]]:
+        """Return every demand to stop: what would mask it, and how strong it is."""
         receiver, pressed = self._receiver, self._transmitter.demand
-        relays, wanted = receiver.relays, receiver.wanted
         if self.is_frozen:
             by_mode = "controller frozen"
         elif not self.is_active:
             by_mode = "system not active"
         else:
             by_mode = mode.name.lower().replace("_", " ")
-        masked: dict[str, str] = {}
+        demanded: dict[str, tuple[str, int]] = {}
+        if self._is_frozen and InjectionKind.DOOR in self._acting and mode is SafetyMode.DRIVE_BY_WIRE:
+            demanded["door or liftgate"] = by_mode, _PAUSE
         if InjectionKind.ESTOP_BUTTON in self._acting:
-            masked["emergency stop button"] = by_mode
-        for relay, is_open, is_wanted, is_pressed in zip(Relay, relays, wanted, pressed, strict=True):
+            demanded["emergency stop button"] = by_mode, _DISABLE
+        for relay, is_open, is_wanted, is_pressed, is_missed in zip(
+            Relay, receiver.relays, receiver.wanted, pressed, receiver.missed, strict=True
+        ):
+            strength = _DISABLE if relay is Relay.STOP else _PAUSE
             if is_open:
-                masked[f"SafeStop {relay.value} relay"] = by_mode
+                demanded[f"SafeStop {relay.value} relay"] = by_mode, strength
             elif is_wanted:
-                masked[f"SafeStop {relay.value}"] = f"{relay.value} relay stuck"
+                demanded[f"SafeStop {relay.value}"] = f"{relay.value} relay stuck", strength
             elif is_pressed and receiver.is_silent:
-                masked[f"SafeStop {relay.value}"] = "radio link lost"
+                demanded[f"SafeStop {relay.value}"] = "radio link lost", strength
+            elif is_missed:
+                demanded[f"SafeStop {relay.value}"] = "radio frames lost", strength
         supervised = self._link_loss is not SafeStopReaction.NONE
         if supervised and receiver.link is LinkStatus.BYPASS and receiver.is_silent:
-            masked["SafeStop link loss"] = "bypass"
-        return masked
+            by_loss = _DISABLE if self._link_loss is SafeStopReaction.STOP else _PAUSE
+            demanded["SafeStop link loss"] = "bypass", by_loss
+        return demanded
 
     def reasons(self, computed: tuple[str, ...]) -> tuple[str, ...]:
         """Return what an inactive or frozen controller cannot say, or what it says (XGV-32, XGV-67)."""
@@ -285,6 +326,11 @@ class XgvDevices:
         if link is before:
             return []
         return [EndpointChanged("safestop_link", before.name.lower(), link.name.lower())]
+
+
+def _mode_of(code: int) -> SafetyMode:
+    """Return the safety mode of a wire code; 2 to 7 all mean software pause (XGV-50)."""
+    return SafetyMode(code) if code not in range(2, 8) else SafetyMode.SOFTWARE_PAUSE
 
 
 def _with_cause(reason: str, opened: Demand) -> str:

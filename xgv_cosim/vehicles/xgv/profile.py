@@ -115,6 +115,10 @@ class XgvProfile:
             return modes.SafetyMode.SOFTWARE_PAUSE.name.lower()
         return modes.SafetyMode(code).name.lower()
 
+    def is_pause(self, safety_mode: int) -> bool:
+        """Return whether a safety mode is one of the two pauses (XGV-28); 2 to 7 are one of them (XGV-50)."""
+        return modes.SafetyMode.SOFTWARE_PAUSE <= safety_mode <= modes.SafetyMode.ESTOP_PAUSE
+
     def validate_injection(self, kind: InjectionKind, code: int | None) -> None:
         """Check that an error comes with a code of the XGV, and nothing else with any (XGV-38).
 

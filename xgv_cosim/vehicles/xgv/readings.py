@@ -85,8 +85,10 @@ SAFETY_READINGS = (
         "XGV-36",
         "D",
         "Where grip, brake or slope do not allow the set deceleration, a pause brakes with what there is; "
-        "the event pause_weaker_than_set says so, with what limits it and the duration.",
-        ("pause_weaker_than_set",),
+        "the event pause_weaker_than_set says so, with what limits it and the duration. A controller that "
+        "froze before the brake was there, and full brake without assistance, are told likewise "
+        "(pause_weaker_than_set, disable_weaker_than_full).",
+        ("pause_weaker_than_set", "disable_weaker_than_full"),
     ),
     Reading(
         "XGV-38",
@@ -115,9 +117,10 @@ SAFETY_READINGS = (
     Reading(
         "XGV-68",
         "D",
-        "A SafeStop or button demand that does not stop the car is an event with its duration; a frame that "
-        "is only still on its way is not masked.",
-        ("stop_masked",),
+        "A SafeStop or button demand that does not stop the car, or only as a pause where it asks for full "
+        "brake, is an event with its duration. A frame that is only still on its way is not masked, one that "
+        "is due and lost is. A frozen controller masks a door and the manual override too.",
+        ("stop_masked", "override_masked"),
     ),
     Reading(
         "XGV-69",

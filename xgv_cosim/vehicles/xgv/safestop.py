@@ -154,6 +154,12 @@ class Receiver:
         return self._heard
 
     @property
+    def missed(self) -> Demand:
+        """Return what should have been heard by now, since a frame is due that asks for it (XGV-68)."""
+        due, heard = self._transmitter.demand_at(self._now_s - self._settings.latency_s), self._heard
+        return Demand(due.pause and not heard.pause, due.stop and not heard.stop)
+
+    @property
     def supervision(self) -> Demand:
         """Return which relays the link supervision opens; none of them in bypass."""
         if self._bypass or self._dead or not self.is_silent:
@@ -176,10 +182,11 @@ class Receiver:
 
     @property
     def next_change_s(self) -> float:
-        """Return when relays or link may change by themselves, ``inf`` for never."""
+        """Return when relays or link may change by themselves, or a press is missed, ``inf`` for never."""
         revision = self._transmitter.revision
         if self._change_of != revision:
-            self._change_s, self._change_of = self._look_ahead(), revision
+            move_s = self._transmitter.move_after(self._examined_s) + self._settings.latency_s
+            self._change_s, self._change_of = min(self._look_ahead(), move_s), revision
         return self._change_s
 
     def advance(self, now_s: float) -> None:
@@ -232,11 +239,11 @@ class Receiver:
         settings, transmitter = self._settings, self._transmitter
         silent, heard_s = self.is_silent, self._heard_s
         times_out_s = math.inf if silent else heard_s + settings.link_timeout_s
-        if self._dead or not self._link_up:
-            return times_out_s
         sent_s = self._examined_s
         if transmitter.num_moves(sent_s) > self._examined_moves:
             return sent_s + settings.latency_s
+        if self._dead or not self._link_up:
+            return times_out_s
         for _ in range(_LOOK_AHEAD):
             if settings.loss_share == 0.0 and not silent and self._knows_all(sent_s):
                 return math.inf
