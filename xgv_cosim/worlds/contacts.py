@@ -12,12 +12,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
+from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Collision, Snapshot
 
 OVERLAP = "overlap"
 """Kind of a contact that was found here."""
 TOLERANCE_M = 0.01
 """Boxes overlap when they reach further than this into each other on every axis."""
+
+MOST_ASKEW_RAD = 0.2
+"""How far the engine's own driver turns a car from its lane's direction, at most; 11°."""
 
 
 def near_pairs(
@@ -84,6 +88,8 @@ class Contacts:
     places: tuple[frozenset[str], ...] = ()
     """The junctions that each lane belongs to or leads between; empty: not known. Bodies on lanes without a
     junction in common do not touch: one road leads over the other."""
+    road: Road | None = None
+    """The lanes, by whose direction the headings of the world's own drivers are judged; None: as they are."""
     _roles: dict[frozenset[str], tuple[str, str]] = field(default_factory=dict)
     """(collider, victim) of every pair that has ever touched."""
 
@@ -99,8 +105,10 @@ class Contacts:
         subjects = np.array(
             sorted(snapshot.index_of[name] for name in bound_ids if name in snapshot.index_of), np.int64
         )
-        for one, other in self._overlapping(snapshot, subjects):
-            if self._one_above_the_other(int(snapshot.lane[one]), int(snapshot.lane[other])):
+        for one, other in self._overlapping(snapshot, snapshot.heading_rad, subjects):
+            if self._askew_only(snapshot, one, other, bound_ids) or self._one_above_the_other(
+                int(snapshot.lane[one]), int(snapshot.lane[other])
+            ):
                 continue
             pair = frozenset((snapshot.ids[one], snapshot.ids[other]))
             if pair not in found:
@@ -113,11 +121,36 @@ class Contacts:
             return False
         return self.places[lane].isdisjoint(self.places[other])
 
-    def _overlapping(self, snapshot: Snapshot, subjects: IntColumn) -> list[tuple[int, int]]:
+    def _askew_only(self, snapshot: Snapshot, one: int, other: int, bound_ids: Collection[str]) -> bool:
+        """Return whether two bodies touch only because the engine turns one of its own too far.
+
+        SUMO moves a car that changes lanes sideways even where it stands, and turns it by the angle of that
+        motion: by 37° and more. No car stands like that; its heading counts up to ``MOST_ASKEW_RAD`` from its
+        lane's.
+        """
+        if self.road is None:
+            return False
+        rows = np.array([one, other], np.int64)
+        lane = snapshot.lane[rows]
+        along = self.road.points_ahead(lane, snapshot.lane_position_m[rows], snapshot.next_lane[rows])
+        askew = np.remainder(snapshot.heading_rad[rows] - along.heading_rad + np.pi, 2.0 * np.pi) - np.pi
+        own = np.array([snapshot.ids[row] not in bound_ids for row in rows.tolist()]) & (lane >= 0)
+        turned = own & (np.abs(askew) > MOST_ASKEW_RAD)
+        if not turned.any():
+            return False
+        heading_rad = snapshot.heading_rad.copy()
+        straightened = along.heading_rad + np.clip(askew, -MOST_ASKEW_RAD, MOST_ASKEW_RAD)
+        heading_rad[rows] = np.where(turned, straightened, heading_rad[rows])
+        pair = (min(one, other), max(one, other))
+        found = self._overlapping(snapshot, heading_rad, np.array([one], np.int64))
+        return pair not in {(min(found_pair), max(found_pair)) for found_pair in found}
+
+    def _overlapping(
+        self, snapshot: Snapshot, heading_rad: FloatColumn, subjects: IntColumn
+    ) -> list[tuple[int, int]]:
         if not len(subjects):
             return []
         half_m = 0.5 * np.column_stack([snapshot.length_m, snapshot.width_m])
-        heading_rad = snapshot.heading_rad
         centre_m = np.column_stack(
             [
                 snapshot.front_x_m - half_m[:, 0] * np.cos(heading_rad),

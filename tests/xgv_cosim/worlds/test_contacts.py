@@ -13,6 +13,7 @@ from shapely.geometry import Polygon
 
 from tests.contracts.world_contract import ahead, nobody, place
 from tests.xgv_cosim.recording.conftest import _snapshot as make_snapshot
+from tests.xgv_cosim.simulation.bare_world import StraightRoad
 from tests.xgv_cosim.worlds.sumo_traffic import car
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.snapshot import Collision
@@ -121,6 +122,23 @@ def test_a_road_that_leads_over_another_is_no_contact() -> None:
     assert apart.merged(on_two_lanes, ("a",)) == ()
     assert len(joined.merged(on_two_lanes, ("a",))) == 1
     assert len(apart.merged(replace(on_two_lanes, lane=np.array([-1, 1])), ("a",))) == 1
+
+
+def test_a_car_that_the_engine_turns_too_far_counts_as_it_would_stand() -> None:
+    """SUMO's car that changes lanes at a standstill is turned by 37°: its tail reaches into the next lane."""
+    askew = make_snapshot(
+        "bound",
+        "native",
+        front_x_m=np.array([102.0, 104.0]),
+        front_y_m=np.array([0.0, -2.9]),
+        heading_rad=np.array([0.0, -0.65]),
+    )
+    assert len(Contacts(("lane",)).merged(askew, ("bound",))) == 1
+    judged = Contacts(("lane",), road=StraightRoad())
+    assert judged.merged(askew, ("bound",)) == ()
+    assert len(judged.merged(askew, ("bound", "native"))) == 1  # a bound car stands as its model says
+    nearer = replace(askew, front_y_m=np.array([0.0, -2.2]))
+    assert len(judged.merged(nearer, ("bound",))) == 1
 
 
 def test_what_the_engine_reports_comes_once_and_others_contacts_stay() -> None:

@@ -121,7 +121,7 @@ class SumoWorld:
         with session.failures():
             self._road = SumoRoad.read(session.engine)
             self._bindings = Bindings(session.engine, self._road, self._step_s, with_ghosts=self._with_ghosts)
-            self._contacts = Contacts(self._road.lane_ids, self._road.junctions)
+            self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road)
             self._own_colours: dict[str, tuple[int, int, int, int]] = {}
             self._reader = SnapshotReader(session, self._road)
             self._snapshot = self._reader.read(())
