@@ -53,6 +53,11 @@ class Motion(NamedTuple):
     shift_s: FloatColumn
     """How long the car has stood, braked, while another gear is wanted: first the standstill, then the
     shift delay (XGV-70)."""
+    grip_limited_s: FloatColumn
+    """How long the last time lasted, or has lasted so far, in which the tyres gave less curvature than the
+    wheel asks for; 0: there was none."""
+    grip_free_s: FloatColumn
+    """How long ago that ended, 0 while it lasts."""
 
 
 def idle_motion(num_slots: int) -> Motion:
@@ -65,6 +70,12 @@ def copied_motion(motion: Motion) -> Motion:
     """Return the same motion in columns of its own."""
     columns: list[Any] = [column.copy() for column in motion]
     return Motion(*columns)
+
+
+def is_limited_by_grip(motion: Motion) -> BoolColumn:
+    """Return where the tyres give less curvature than the wheel asks for, at the end of the last tick."""
+    limited: BoolColumn = (motion.grip_limited_s > 0.0) & (motion.grip_free_s == 0.0)
+    return limited
 
 
 class Reference(NamedTuple):
@@ -81,8 +92,6 @@ class HeldOutputs(NamedTuple):
 
     safety_mode: UInt8Column
     """The mode in force when it froze."""
-    governed: UInt8Column
-    """``actuation.Longitudinal`` in force when it froze: what the held brake is for."""
     longitudinal: UInt8Column
     """``actuation.Longitudinal``: OPEN_LOOP with the efforts below, or an axis that was not its own."""
     lateral: UInt8Column
@@ -99,7 +108,6 @@ def no_held_outputs(num_slots: int) -> HeldOutputs:
     """Return the columns of controllers that run."""
     return HeldOutputs(
         safety_mode=np.zeros(num_slots, np.uint8),
-        governed=np.zeros(num_slots, np.uint8),
         longitudinal=np.zeros(num_slots, np.uint8),
         lateral=np.zeros(num_slots, np.uint8),
         throttle=np.zeros(num_slots),

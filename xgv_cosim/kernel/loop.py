@@ -34,7 +34,7 @@ from xgv_cosim.plant.gearbox import (
     gear_under_driver,
     is_between_gears,
 )
-from xgv_cosim.plant.lateral import advance_curvature, steady_curvature_per_m
+from xgv_cosim.plant.lateral import advance_curvature, advance_grip_s, steady_curvature_per_m
 from xgv_cosim.plant.longitudinal import (
     advance_speed,
     brake_decel_mps2,
@@ -73,6 +73,7 @@ class _Moving(NamedTuple):
     accel_mps2: float
     curvature_per_m: float
     distance_m: float
+    is_grip_limited: bool
 
 
 @inlinable
@@ -191,7 +192,7 @@ def _move(
     """Return what the efforts in effect make of the car in a tick."""
     speed, curvature = state.speed_mps, state.curvature_per_m
     after, accel, distance = speed, state.accel_mps2, speed * dt
-    along = accel
+    along, is_grip_limited = accel, False
     # On an axis of the world's driver the car goes on as it went, until the world tells how it moved.
     if orders.longitudinal != Longitudinal.DRIVER:
         pull = min(
@@ -215,7 +216,7 @@ def _move(
         along = push - math.copysign(braking, speed)
         after, accel, distance = advance_speed(speed, push - road.slope_mps2, resistance, dt)
     if orders.lateral != Lateral.DRIVER:
-        curvature = advance_curvature(
+        curvature, is_grip_limited = advance_curvature(
             curvature,
             steady_curvature_per_m(steer_rad, after, vehicle.wheelbase_m, vehicle.understeer_rad_s2_per_m),
             after,
@@ -225,7 +226,7 @@ def _move(
             vehicle.yaw_lag_s2_per_m,
             dt,
         )
-    return _Moving(after, accel, curvature, distance)
+    return _Moving(after, accel, curvature, distance, is_grip_limited)
 
 
 def advance_in_place(
@@ -250,6 +251,7 @@ def advance_in_place(
         throttle, brake = motion.throttle[slot], motion.brake[slot]
         integral, travelled = motion.speed_error_integral_m[slot], motion.travelled_m[slot]
         gear, shift = int(motion.gear[slot]), motion.shift_s[slot]
+        limited, free = motion.grip_limited_s[slot], motion.grip_free_s[slot]
         wanted = _Wanted(
             reference.speed_mps[slot],
             reference.accel_mps2[slot],
@@ -296,13 +298,14 @@ def advance_in_place(
             steer = advance_steering(
                 orders, vehicle, lags.steer, steer, speed, curvature, wanted.curvature_per_m, dt
             )
-            before = _Moving(speed, accel, curvature, 0.0)
+            before = _Moving(speed, accel, curvature, 0.0, False)
             after = _move(orders, vehicle, road, forces, before, gear, throttle, brake, steer, dt)
             x, y, heading = advance_pose(
                 x, y, heading, after.distance_m, 0.5 * (curvature + after.curvature_per_m)
             )
             speed, accel, curvature = after.speed_mps, after.accel_mps2, after.curvature_per_m
             travelled += after.distance_m
+            limited, free = advance_grip_s(limited, free, after.is_grip_limited, dt)
             wanted = _follow(orders, vehicle, wanted, speed, accel, steer)
         motion.x_m[slot], motion.y_m[slot], motion.heading_rad[slot] = x, y, heading
         motion.speed_mps[slot], motion.accel_mps2[slot] = speed, accel
@@ -310,6 +313,7 @@ def advance_in_place(
         motion.throttle[slot], motion.brake[slot] = throttle, brake
         motion.speed_error_integral_m[slot], motion.travelled_m[slot] = integral, travelled
         motion.gear[slot], motion.shift_s[slot] = gear, shift
+        motion.grip_limited_s[slot], motion.grip_free_s[slot] = limited, free
         reference.speed_mps[slot], reference.accel_mps2[slot] = wanted.speed_mps, wanted.accel_mps2
         reference.curvature_per_m[slot] = wanted.curvature_per_m
         reference.curvature_rate_per_m_s[slot] = wanted.rate_per_m_s

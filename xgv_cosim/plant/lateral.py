@@ -32,8 +32,10 @@ def advance_curvature(
     min_lateral_grip: float,
     yaw_lag_s2_per_m: float,
     dt: float,
-) -> float:
-    """Return the curvature after a tick: lag ``tau = c v`` towards the steady turn, within the grip.
+) -> tuple[float, bool]:
+    """Return the curvature after a tick, and whether it is less than the wheel leads to for want of grip.
+
+    It follows with a lag ``tau = c v`` towards the steady turn, within the friction circle.
 
     Args:
         curvature_per_m: Present curvature, counter-clockwise positive.
@@ -50,6 +52,14 @@ def advance_curvature(
     curvature_per_m += share * (steady_per_m - curvature_per_m)
     lateral = abs(curvature_per_m) * speed_mps * speed_mps
     if lateral <= min_lateral_grip * grip_mps2:  # the usual case, without a root
-        return curvature_per_m
+        return curvature_per_m, False
     limit = max_lateral_accel_mps2(longitudinal_mps2, grip_mps2, min_lateral_grip)
-    return curvature_per_m * min(1.0, limit / lateral)
+    return curvature_per_m * min(1.0, limit / lateral), limit < lateral
+
+
+@inlinable
+def advance_grip_s(limited_s: float, free_s: float, is_limited: bool, dt: float) -> tuple[float, float]:
+    """Return how long grip has limited the curvature, and how long ago that ended, after a tick."""
+    if not is_limited:
+        return limited_s, free_s + dt
+    return (limited_s if free_s == 0.0 else 0.0) + dt, 0.0

@@ -9,7 +9,7 @@ from xgv_cosim.actuation import Longitudinal
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.commands import CommandKind
-from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet import Fleet, is_limited_by_grip
 from xgv_cosim.recording.quantities import BOUND_VEHICLES, EVERY_VEHICLE, quantise
 from xgv_cosim.snapshot import Snapshot
 
@@ -141,6 +141,7 @@ def _bound_vehicles(fleet: Fleet, slots: IntColumn) -> dict[str, FloatColumn]:
         "commanded_steering": _where(wrench, command.steering[slots]),
         "reference_speed": fleet.reference.speed_mps[slots],
         "measured_curvature": motion.curvature_per_m[slots],
+        "grip_limited": is_limited_by_grip(motion)[slots].astype(np.float64),
         "throttle": motion.throttle[slots],
         "brake": motion.brake[slots],
         "steer": motion.steer_rad[slots],

@@ -52,6 +52,7 @@ BOUND_VEHICLES: Final = (
     Quantity("commanded_steering", "", 1e-4, "steering share of the wrench efforts in force, left positive"),
     Quantity("reference_speed", "m/s", 0.01, "limited speed that the speed controller follows"),
     Quantity("measured_curvature", "1/m", 1e-5, "path curvature of the rear axle, left positive"),
+    Quantity("grip_limited", "", 1.0, "1: the tyres give less curvature than the wheel asks for"),
     Quantity("throttle", "", 1e-4, "throttle in effect, share"),
     Quantity("brake", "", 1e-4, "brake effort in effect, share"),
     Quantity("steer", "rad", 1e-4, "road-wheel angle, left positive"),

@@ -12,7 +12,7 @@ from xgv_cosim.actuation import CouplingKind, Driver, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.fleet import Fleet
-from xgv_cosim.simulation import commanding, drivetrain, reporting, requests
+from xgv_cosim.simulation import commanding, drivetrain, grip, reporting, requests
 from xgv_cosim.simulation.binding import Binding, BoundVehicle, Selector, StartKind
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
@@ -139,6 +139,7 @@ def release(state: RunState, vehicle_id: str, why: str) -> None:
     """Free the slot of a vehicle and end its link."""
     reporting.end_lasting(state, state.vehicle(vehicle_id))
     drivetrain.forget(state, vehicle_id)
+    grip.forget(state, vehicle_id)
     vehicle = state.vehicles.remove(vehicle_id)
     if vehicle.link is not None:
         vehicle.link.close()

@@ -20,6 +20,7 @@ from xgv_cosim.simulation import (
     crash,
     drivetrain,
     exchange,
+    grip,
     lifecycle,
     moding,
     reporting,
@@ -230,6 +231,7 @@ class Simulation:
         drivetrain.note_gears(self.state, fleet.motion.gear, motion.gear)
         motion = crash.held(self.state, fleet.motion, motion)
         fleet.motion = motion
+        grip.note(self.state, ticks)
         fleet.gear_wanted = setpoints.gear_kept(fleet)
         fleet.reference = merge_references(limited, followed, wanted, motion)
         reporting.note_failed_references(self.state, failed)

@@ -41,6 +41,8 @@ class RunState:
     """By vehicle: the ``actuation.Gear`` that waits to be engaged, and since when (XGV-70)."""
     without_drive: dict[str, float] = field(default_factory=dict)
     """By vehicle: since when the computer is to drive it with the engine off (XGV-31)."""
+    limited_by_grip: dict[str, float] = field(default_factory=dict)
+    """By vehicle: since when the tyres have given less curvature than the wheel asks for."""
     crashed: set[str] = field(default_factory=set)
     """Vehicles that stay where they are after a contact, bound or not."""
     ended_by: str = ""

@@ -91,6 +91,8 @@ def random_fleet(
         travelled_m=rng.uniform(0.0, 3.0, num_slots),
         gear=rng.choice(np.array(Gear, np.uint8), num_slots),
         shift_s=pick(0.0, 0.3, 0.7, 1.45),
+        grip_limited_s=pick(0.0, 0.4, 2.0),
+        grip_free_s=pick(0.0, 0.3, 100.0),
     )
     reference = Reference(
         speed + rng.uniform(-1.0, 1.0, num_slots) * pick(0.0, 1.0),

@@ -142,8 +142,16 @@ def test_the_friction_circle(along: float) -> None:
 
 def test_grip_caps_the_curvature_on_both_sides() -> None:
     for sign in (1.0, -1.0):
-        curvature = advance_curvature(sign * 0.1, sign * 0.1, 20.0, 0.0, 0.85 * 9.81, 0.3, 0.01, 0.01)
+        curvature, is_limited = advance_curvature(
+            sign * 0.1, sign * 0.1, 20.0, 0.0, 0.85 * 9.81, 0.3, 0.01, 0.01
+        )
         assert curvature == pytest.approx(sign * 0.85 * 9.81 / 400.0)
+        assert is_limited
+        curvature, is_limited = advance_curvature(
+            sign * 0.02, sign * 0.02, 20.0, 0.0, 0.85 * 9.81, 0.3, 0.01, 0.01
+        )
+        assert curvature == pytest.approx(sign * 0.02)  # 8.0 m/s², just within the circle
+        assert not is_limited
 
 
 def test_maximum_braking_spends_what_the_bend_leaves_gkc_24() -> None:
