@@ -194,6 +194,10 @@ class Endpoint(Protocol):
         """Take note of the safety devices now in force; only warnings come of it (XGV-38)."""
         ...
 
+    def parking_brake_drags(self, begins: bool, now_s: float) -> list[EndpointEvent]:
+        """Take note that the computer drives against the set parking brake, or no longer does (XGV-38)."""
+        ...
+
     def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
         """Do what is due, for example ask again for the Primitive Driver (XGV-19)."""
         ...

@@ -19,6 +19,7 @@ _TEXTS = {
     "disable_weaker_than_full": "a disable brakes less than fully",
     "override_masked": "the manual override does not act",
     "without_drive": "nothing drives it from {t_s:g} s on: {after}",
+    "no_command": "nobody commands it from {t_s:g} s on",
     "stack_failed": "the stack failed at {t_s:g} s",
     "controller_failed": "the controller failed at {t_s:g} s",
 }
@@ -31,7 +32,7 @@ def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
         lines.append("no vehicle was bound: no row of 'bind' matches a vehicle that has departed")
     lines += _unmet(scenario, events)
     for event in events:
-        if event.kind == "without_drive" and not _lasts(event, events):
+        if event.kind in {"without_drive", "no_command"} and not _lasts(event, events):
             continue
         if event.kind in _TEXTS:
             lines.append(_line(event, _TEXTS[event.kind]))

@@ -74,6 +74,8 @@ class BoundVehicle:
     """When the controller froze, while it is frozen."""
     lasting: dict[tuple[str, str], float] = field(default_factory=dict)
     """Since when what lasts without effect does: (kind, what) -> simulation time (XGV-41, XGV-68)."""
+    drags: bool = False
+    """Its endpoint knows that the computer drives against the set parking brake."""
     last_view: ModeView | None = None
     """What the vehicle reported last; a silent controller reports nothing new."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal, LostFunction
 from xgv_cosim.columns import BoolColumn, UInt8Column
 from xgv_cosim.road import Road
-from xgv_cosim.simulation import braking, commanding
+from xgv_cosim.simulation import braking, commanding, setpoints
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.moding import AxisModes
 from xgv_cosim.simulation.state import RunState
@@ -67,16 +67,22 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
     ``pause_weaker_than_set``: it brakes, but the road does not let it reach the set deceleration (XGV-36).
     ``disable_weaker_than_full``: likewise full brake, for want of the engine's assistance (XGV-31).
 
+    ``no_command``: in drive-by-wire without a live command the car stops and holds (XGV-70).
+
+    The endpoints are told here too where the computer drives against the parking brake (XGV-38).
+
     A stop that a frozen controller holds counts as the stop that it is; it may have frozen before the brake
     was there.
     """
     fleet = state.fleet
+    _tell_who_drags(state)
     pausing = pausing | _held_pauses(state)
     governed = braking.governed_by(fleet)
     left_to_human = pausing & fleet.handed_over & np.isin(fleet.longitudinal, _NOT_THE_COMPUTERS)
     without_brake = (fleet.lost_functions & LostFunction.BRAKE != 0) & (
         (pausing & (governed == Longitudinal.CONTROLLED_STOP)) | braking.is_full_brake(governed)
     )
+    without_command = (fleet.longitudinal == Longitudinal.CONTROLLED_STOP) & ~pausing
     reach = braking.reach_of(fleet)
     weaker = braking.is_weaker_than_set(fleet, reach) & ~without_brake
     weaker_than_full = braking.is_weaker_than_full(fleet, reach) & ~without_brake
@@ -96,12 +102,24 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
         if weaker_than_full[slot]:
             name = vehicle.binding.profile.safety_mode_name(mode)
             now["disable_weaker_than_full", name] = braking.why_weaker_than_full(fleet, reach, slot)
+        if without_command[slot]:
+            now["no_command", "stop and hold"] = "no live command: the car stops and holds until one comes"
         for kind, what in [key for key in vehicle.lasting if key not in now]:
             _end(state, vehicle, kind, what)
         for (kind, what), why in now.items():
             if (kind, what) not in vehicle.lasting:
                 vehicle.lasting[kind, what] = state.now_s
                 state.note(vehicle.vehicle_id, kind, "", what, (why,))
+
+
+def _tell_who_drags(state: RunState) -> None:
+    """Let endpoints warn of a parking brake against which the computer drives, and no longer does."""
+    drags = setpoints.drags_parking_brake(state.fleet)
+    for vehicle in state.vehicles:
+        if vehicle.is_computing and vehicle.drags != drags[vehicle.slot]:
+            vehicle.drags = bool(drags[vehicle.slot])
+            told = vehicle.endpoint.parking_brake_drags(vehicle.drags, state.now_s)
+            commanding.handle(state, vehicle, told)
 
 
 def _held_pauses(state: RunState) -> BoolColumn:

@@ -114,7 +114,7 @@ def _boot(state: RunState, vehicle: BoundVehicle) -> None:
     """Power the system up: it knows nothing of who controlled it, and finds its errors anew."""
     vehicle.endpoint = vehicle.binding.profile.new_endpoint(vehicle.vehicle_id, state.now_s)
     vehicle.endpoint.partial_mode_entered(int(state.fleet.partial_mode[vehicle.slot]))
-    vehicle.raised = frozenset()
+    vehicle.raised, vehicle.drags = frozenset(), False
     for kind, mode in _modes_of(vehicle):
         state.note(vehicle.vehicle_id, kind, "unknown", mode, ("system powered up",))
     if vehicle.is_computing:

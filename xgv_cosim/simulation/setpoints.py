@@ -128,6 +128,15 @@ def without_drive(fleet: Fleet) -> BoolColumn:
     return without
 
 
+def drags_parking_brake(fleet: Fleet) -> BoolColumn:
+    """Return where the computer is to drive, by speed or throttle, against the set parking brake (XGV-60)."""
+    command, longitudinal = fleet.command, fleet.longitudinal
+    drives = (longitudinal == Longitudinal.CLOSED_LOOP) & (command.speed_mps != 0.0)
+    drives |= (longitudinal == Longitudinal.OPEN_LOOP) & (command.throttle > 0.0)
+    drags: BoolColumn = fleet.parking_brake & drives & ~fleet.frozen
+    return drags
+
+
 def seeded_references(
     reference: Reference,
     motion: Motion,

@@ -181,9 +181,10 @@ _READINGS = (
     _Reading(
         "XGV-70",
         "D",
-        "Before the first accepted command the car stops and holds; a change of control mode or "
-        "of the controller drops the command in force.",
-        ("control_mode",),
+        "Before the first accepted command the car stops and holds, and the event no_command says so; a "
+        "change of control mode or of the controller drops the command in force, and so do an override and "
+        "a disable, motion or effort: afterwards the car stops and holds until a fresh one comes.",
+        ("control_mode", "command_dropped", "no_command"),
     ),
     _Reading(
         "contact",

@@ -128,8 +128,9 @@ CONTROL_READINGS = (
     Reading(
         "XGV-38",
         "D",
-        "The warnings 9143, 9144, 9176, 9177 and 9178 follow from modes and devices: disable, e-stop pause, "
-        "door, steering, and control or ready mode in software pause.",
+        "The warnings 9143, 9144, 9175 to 9178 follow from modes and devices: disable, e-stop pause, the "
+        "computer driving by speed or throttle against the set parking brake, door, steering, and control or "
+        "ready mode in software pause.",
         ("warning",),
     ),
     Reading(

@@ -72,6 +72,7 @@ class XgvEndpoint:
         self._faults = Faults(settings.errors_latch, settings.error_effects)
         self._safety_mode = SafetyMode.SOFTWARE_PAUSE
         self._safety_devices = 0
+        self._drags = False
         self._auxiliaries = Auxiliaries(needs_control=settings.nonmotion_needs_control)
         self._modes = SoftwareModes(self._drivers, settings.control_mode_both_clients)
 
@@ -181,8 +182,9 @@ class XgvEndpoint:
     def safety_mode_entered(self, code: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
         """Take note of the safety mode now in force.
 
-        A pause drops the motions that wait, an override or a disable also the one in force (XGV-70): in
-        a pause it goes on steering (XGV-33). Where the human has all systems, the computer's signals
+        A pause drops the motions that wait, an override or a disable also the command in force, motion or
+        effort (XGV-70): afterwards the car stops and holds until a fresh one. In a pause it goes on steering
+        (XGV-33). Where the human has all systems, the computer's signals
         are off (XGV-13, XGV-31). A disable may switch the engine off (XGV-31).
         """
         self._safety_mode = mode = SafetyMode(code)
@@ -192,8 +194,7 @@ class XgvEndpoint:
             waiting = f"{self._motion.drop_waiting()} waiting"
             events.append(EndpointChanged("motion_queue", waiting, "0 waiting", (f"dropped by {words}",)))
         if mode not in PARTIAL_MODE_ACTS_IN:
-            if isinstance(self._motion.command, MotionProfile):
-                events += self._motion.drop(f"dropped by {words}")
+            events += self._motion.drop(f"dropped by {words}")
             events += self._auxiliaries.release(mode)
         if mode is SafetyMode.ESTOP_DISABLE and self._settings.disable_engine_off:
             events.append(DevicesCommanded(engine_on=False, reason=f"{words} (xgv.disable.engine_off)"))
@@ -206,6 +207,11 @@ class XgvEndpoint:
     def devices_changed(self, safety_devices: int, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
         """Take note of the safety devices now in force; only warnings come of it (XGV-38)."""
         self._safety_devices = safety_devices
+        return self._show_warnings()
+
+    def parking_brake_drags(self, begins: bool, now_s: float) -> list[EndpointEvent]:  # noqa: ARG002 - the protocol's
+        """Warn while the computer drives against the set parking brake; it pauses nothing (XGV-38)."""
+        self._drags = begins
         return self._show_warnings()
 
     def handle_deadline(self, now_s: float) -> list[EndpointEvent]:
@@ -260,6 +266,7 @@ class XgvEndpoint:
             self._modes.control,
             self._modes.control_reason,
             self._modes.ready_reasons,
+            has_command=self._motion.command is not None,
         )
 
     def _take_command(self, command: MotionCommand, sender: JausAddress, now_s: float) -> list[EndpointEvent]:
@@ -316,5 +323,10 @@ class XgvEndpoint:
 
     def _show_warnings(self) -> list[EndpointEvent]:
         return self._faults.show_warnings(
-            warnings_of(self._safety_mode, self._safety_devices, software_ready=self._modes.are_ready)
+            warnings_of(
+                self._safety_mode,
+                self._safety_devices,
+                software_ready=self._modes.are_ready,
+                parking_brake_drags=self._drags,
+            )
         )

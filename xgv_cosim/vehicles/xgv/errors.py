@@ -19,6 +19,7 @@ CONTROLLER_FAILED = 9156
 """Module communication: the nearest code to a car whose own controllers yield no valid numbers."""
 ESTOP_DISABLE_WARNING = 9143
 ESTOP_PAUSE_WARNING = 9144
+PARKING_BRAKE_WARNING = 9175
 DOOR_WARNING = 9176
 STEERING_WARNING = 9177
 NOT_READY_WARNING = 9178
@@ -84,7 +85,7 @@ _ERROR_TEXTS = {
 _WARNING_TEXTS = {
     ESTOP_DISABLE_WARNING: "e-stop disable",
     ESTOP_PAUSE_WARNING: "e-stop pause",
-    9175: "parking brake",
+    PARKING_BRAKE_WARNING: "parking brake",
     DOOR_WARNING: "door open",
     STEERING_WARNING: "steering not initialised",
     NOT_READY_WARNING: "not ready to run",

@@ -13,6 +13,7 @@ from xgv_cosim.vehicles.xgv.errors import (
     ESTOP_DISABLE_WARNING,
     ESTOP_PAUSE_WARNING,
     NOT_READY_WARNING,
+    PARKING_BRAKE_WARNING,
     STEERING_WARNING,
     near_codes,
 )
@@ -129,19 +130,23 @@ def _kind(code: int) -> str:
     return "warning" if ERRORS[code].is_warning else "error"
 
 
-def warnings_of(safety_mode: SafetyMode, safety_devices: int, *, software_ready: bool) -> frozenset[int]:
+def warnings_of(
+    safety_mode: SafetyMode, safety_devices: int, *, software_ready: bool, parking_brake_drags: bool = False
+) -> frozenset[int]:
     """Return the warnings that follow from modes and devices; none of them pauses the car (XGV-38).
 
     Args:
         safety_mode: In force now; an inactive system warns of nothing.
         safety_devices: Bits of Report Vehicle Mode, field 6.
         software_ready: Neither control mode nor ready mode is software pause.
+        parking_brake_drags: The computer drives, and the parking brake is set.
     """
     if safety_mode is SafetyMode.INACTIVE:
         return frozenset()
     causes = {
         ESTOP_DISABLE_WARNING: safety_mode is SafetyMode.ESTOP_DISABLE,
         ESTOP_PAUSE_WARNING: safety_mode is SafetyMode.ESTOP_PAUSE,
+        PARKING_BRAKE_WARNING: parking_brake_drags,
         DOOR_WARNING: bool(safety_devices & DOOR_OPEN),
         STEERING_WARNING: bool(safety_devices & (STEERING_UNINITIALISED | STEERING_AWAITS_USER)),
         NOT_READY_WARNING: not software_ready,

@@ -110,6 +110,8 @@ def safety_mode_reasons(
     control_mode: ControlMode,
     control_reason: str,
     not_ready: Collection[str],
+    *,
+    has_command: bool = True,
 ) -> tuple[str, ...]:
     """Return everything that speaks against drive-by-wire, strongest first (figure B).
 
@@ -119,6 +121,7 @@ def safety_mode_reasons(
         control_mode: In force now.
         control_reason: Why it is in force.
         not_ready: Why the ready mode is software pause; nothing where it is not.
+        has_command: Something commands the car; without it stands or stops in drive-by-wire too (XGV-70).
     """
     reasons = [text for bit, text in _DEVICE_REASONS if devices & bit]
     if devices & ERRORS_DETECTED:
@@ -129,6 +132,7 @@ def safety_mode_reasons(
         reasons.append(f"control mode software pause: {control_reason}")
     elif not_ready:
         reasons.append(f"ready mode software pause: {', '.join(not_ready)}")
+    command = "" if has_command else ", but without a live command"
     return tuple(reasons) or (
-        f"no device, error or pause in force; control mode {mode_name(control_mode)}, ready",
+        f"no device, error or pause in force; control mode {mode_name(control_mode)}, ready{command}",
     )

@@ -327,6 +327,7 @@ def test_reasons_stand_strongest_first() -> None:
 def test_drive_by_wire_has_a_reason_too() -> None:
     story = Story()
     story.say(*TO_MOTION)
-    assert story.endpoint.reasons(16) == (
-        "no device, error or pause in force; control mode motion profiles, ready",
-    )
+    ready = "no device, error or pause in force; control mode motion profiles, ready"
+    assert story.endpoint.reasons(16) == (f"{ready}, but without a live command",)
+    story.say(MotionProfile(5.0, 1.0, 0.0, 0.1, 0.4))
+    assert story.endpoint.reasons(16) == (ready,)

@@ -130,7 +130,10 @@ def test_warnings_follow_from_modes_and_devices_xgv_38(mode: SafetyMode) -> None
         assert (9176 in found) is (active and bool(devices & DOOR_OPEN))
         assert (9177 in found) is (active and bool(steering))
         assert (9178 in found) is (active and not ready)
+        assert 9175 not in found
         assert all(ERRORS[code].is_warning for code in found)
+    drags = warnings_of(mode, 0, software_ready=True, parking_brake_drags=True)
+    assert (9175 in drags) is (mode is not SafetyMode.INACTIVE)
 
 
 def test_warnings_come_and_go_as_events_and_set_no_bit_xgv_38() -> None:
