@@ -92,6 +92,8 @@ class HeldOutputs(NamedTuple):
 
     safety_mode: UInt8Column
     """The mode in force when it froze."""
+    governed: UInt8Column
+    """``actuation.Longitudinal`` in force when it froze: what the held brake is for."""
     longitudinal: UInt8Column
     """``actuation.Longitudinal``: OPEN_LOOP with the efforts below, or an axis that was not its own."""
     lateral: UInt8Column
@@ -108,6 +110,7 @@ def no_held_outputs(num_slots: int) -> HeldOutputs:
     """Return the columns of controllers that run."""
     return HeldOutputs(
         safety_mode=np.zeros(num_slots, np.uint8),
+        governed=np.zeros(num_slots, np.uint8),
         longitudinal=np.zeros(num_slots, np.uint8),
         lateral=np.zeros(num_slots, np.uint8),
         throttle=np.zeros(num_slots),
