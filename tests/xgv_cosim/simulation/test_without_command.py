@@ -58,7 +58,7 @@ def test_before_the_first_command_the_car_stops_and_holds_and_says_so_xgv_70(cli
     assert [row[1:] for row in client.events("no_command")][1:] == [("stop and hold", "")]
 
 
-def test_to_drive_against_the_parking_brake_is_warned_of_xgv_38_xgv_60(client: Client) -> None:
+def test_to_drive_against_the_parking_brake_is_warned_of_xgv_38(client: Client) -> None:
     """Warning 9175 pauses nothing; it goes when the brake is released, and is none while the car stands."""
     still = MotionProfile(0.0, 4.0, 0.0, 0.1, 0.4)
     client.say(*TO_MOTION, still)
