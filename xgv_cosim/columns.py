@@ -8,6 +8,7 @@ import numpy.typing as npt
 FloatColumn = npt.NDArray[np.float64]
 IntColumn = npt.NDArray[np.int64]
 UInt8Column = npt.NDArray[np.uint8]
+UInt64Column = npt.NDArray[np.uint64]
 UInt16Column = npt.NDArray[np.uint16]
 BoolColumn = npt.NDArray[np.bool_]
 

@@ -79,7 +79,8 @@ class WrenchEffort:
     """
 
     throttle: float
-    """Share of full throttle, 0 to 1."""
+    """Share of full throttle, 0 to 1. The message's propulsive effort has room down to -100 %; that is no
+    command here, since a throttle pulls nothing back: the car goes backwards in its reverse gear."""
     brake: float
     """Share of full brake effort, 0 to 1."""
     steering: float
@@ -90,7 +91,8 @@ class WrenchEffort:
         for name, lower in (("throttle", 0.0), ("brake", 0.0), ("steering", -1.0)):
             value = getattr(self, name)
             if not lower <= value <= 1.0:
-                raise CommandError(f"WrenchEffort.{name}: got {value!r}, expected {lower:g} to 1")
+                hint = "; backwards is Gear.REVERSE, and slower is the brake" if name == "throttle" else ""
+                raise CommandError(f"WrenchEffort.{name}: got {value!r}, expected {lower:g} to 1{hint}")
 
 
 @dataclass(frozen=True, slots=True)

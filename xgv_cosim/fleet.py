@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from xgv_cosim.actuation import Driver, Gear, Lateral, Longitudinal
-from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, UInt16Column
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, UInt16Column, UInt64Column
 from xgv_cosim.commands import CommandColumns, empty_commands
 from xgv_cosim.errors import ScenarioError, UnknownVehicleError
 from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
@@ -237,6 +237,8 @@ class Fleet:
     """Bits of ``actuation.LostFunction``: what errors have taken away (XGV-38)."""
     frozen: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """The controller is frozen: outputs held, modes not computed, endpoint silent (XGV-67)."""
+    draw_key: UInt64Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint64))
+    """What a vehicle's own draws follow from: its id and the seed (``plant.imperfections``)."""
     handed_over: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """False while the world's driver still keeps both axes after binding (``bind.start``)."""
 
@@ -331,5 +333,6 @@ _SINGLE_COLUMNS = (
     "brake_share_without_engine",
     "lost_functions",
     "frozen",
+    "draw_key",
     "handed_over",
 )

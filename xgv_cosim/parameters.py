@@ -124,6 +124,17 @@ class VehicleParameters:
     """Demand below which the other pedal is not yet taken."""
     standstill_brake: float = 0.25
     """Brake effort with which closed-loop control holds a standstill."""
+    # Imperfections, off by default (``bind.plant.imperfections``)
+    steer_backlash_rad: float = 0.0
+    """Play of the steering: so far its command may turn back and forth before the road wheel follows."""
+    speed_quantum_mps: float = 0.0
+    """Step in which speed is measured, 0: continuously."""
+    speed_noise_mps: float = 0.0
+    """Standard deviation of the measured speed while the car rolls."""
+    command_latency_s: float = 0.0
+    """Time from a message's arrival at the vehicle until it acts."""
+    command_jitter_s: float = 0.0
+    """Up to this much longer, drawn for each message."""
 
 
 class ParameterColumns(NamedTuple):
@@ -174,6 +185,11 @@ class ParameterColumns(NamedTuple):
     speed_response_s: FloatColumn
     pedal_band_mps2: FloatColumn
     standstill_brake: FloatColumn
+    steer_backlash_rad: FloatColumn
+    speed_quantum_mps: FloatColumn
+    speed_noise_mps: FloatColumn
+    command_latency_s: FloatColumn
+    command_jitter_s: FloatColumn
 
 
 def parameter_columns(parameters: VehicleParameters, num_slots: int) -> ParameterColumns:

@@ -33,6 +33,16 @@ def test_every_value_has_a_unit_and_a_source_or_is_called_assumed() -> None:
         assert all(value for key, value in entry.items() if key != "value"), name
 
 
+def test_a_source_names_its_publisher_and_another_cars_number_is_an_assumption() -> None:
+    entries = read_preset("ford_escape_hybrid")
+    publishers = ("rhwood.blogspot.com", "Edmunds", "CommonRoad", "dry air at")
+    for name, entry in entries.items():
+        if "source" in entry:
+            assert any(publisher in str(entry["source"]) for publisher in publishers), name
+    assert all(entries[name]["assumed"] for name in ("front_track_m", "rear_track_m", "front_overhang_m"))
+    assert "2005 Escape" in str(entries["rear_track_m"]["why"])
+
+
 def test_the_unit_in_the_name_is_the_unit_in_the_file() -> None:
     units = {
         "m": "m", "s": "s", "kg": "kg", "rad": "rad", "n": "N", "w": "W", "m2": "m^2",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from xgv_cosim.actuation import Lateral
 from xgv_cosim.controllers.curvature import steer_for_curvature_rad
 from xgv_cosim.jit import inlinable
-from xgv_cosim.plant.actuators import advance_released_steer_rad, advance_steer_rad
+from xgv_cosim.plant.actuators import advance_released_steer_rad, advance_steer_rad, taken_up_rad
 
 if TYPE_CHECKING:
     from xgv_cosim.kernel.orders import Orders
@@ -47,9 +47,11 @@ def advance_steering(
         wanted = steer_for_curvature_rad(
             reference_per_m, speed_mps, vehicle.wheelbase_m, vehicle.understeer_rad_s2_per_m, stop
         )
+        wanted = taken_up_rad(steer_rad, wanted, vehicle.steer_backlash_rad)
         return advance_steer_rad(steer_rad, wanted, lag, rate, stop, dt)
     if mode == Lateral.OPEN_LOOP and not math.isnan(orders.steer_rad):
-        return advance_steer_rad(steer_rad, orders.steer_rad, lag, rate, stop, dt)
+        wanted = taken_up_rad(steer_rad, orders.steer_rad, vehicle.steer_backlash_rad)
+        return advance_steer_rad(steer_rad, wanted, lag, rate, stop, dt)
     if mode == Lateral.FREE and vehicle.released_steering_self_aligns > 0.5:
         return advance_released_steer_rad(steer_rad, speed_mps, vehicle.self_align_distance_m, rate, dt)
     if mode == Lateral.DRIVER:  # the wheel stands as the driver's path needs it

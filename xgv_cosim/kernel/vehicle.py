@@ -114,4 +114,9 @@ def vehicle_of(columns: ParameterColumns, slot: int) -> VehicleParameters:
         columns.speed_response_s[slot],
         columns.pedal_band_mps2[slot],
         columns.standstill_brake[slot],
+        columns.steer_backlash_rad[slot],
+        columns.speed_quantum_mps[slot],
+        columns.speed_noise_mps[slot],
+        columns.command_latency_s[slot],
+        columns.command_jitter_s[slot],
     )

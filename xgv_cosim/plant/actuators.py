@@ -28,6 +28,13 @@ def advance_pedal(present: float, command: float, share: float) -> float:
 
 
 @inlinable
+def taken_up_rad(steer_rad: float, command_rad: float, backlash_rad: float) -> float:
+    """Return where a command leads a wheel with play in its linkage: nowhere until the play is taken up."""
+    half = 0.5 * backlash_rad
+    return min(command_rad + half, max(command_rad - half, steer_rad))
+
+
+@inlinable
 def advance_steer_rad(
     steer_rad: float, command_rad: float, share: float, max_rate_rad_s: float, max_steer_rad: float, dt: float
 ) -> float:

@@ -174,6 +174,7 @@ def parameters_of(row: BindSection, environment: EnvironmentSection) -> VehicleP
         friction=next(friction for friction in frictions if friction is not None),
         grade=environment.grade if plant.grade is None else plant.grade,
         released_steering_self_aligns=float(plant.released_steering == "self_align"),
+        **plant.imperfections.model_dump(),
     )
 
 

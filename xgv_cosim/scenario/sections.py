@@ -123,6 +123,27 @@ class WorldSection(Section):
     on through each other (pass)."""
 
 
+class ImperfectionsSection(Section):
+    """What the vehicle's sensors and actuators lack; nothing by default. Drawn by its id and the seed."""
+
+    speed_quantum_mps: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Step in which the vehicle measures and reports its speed."""
+    speed_noise_mps: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Standard deviation of the measured speed while the car rolls; another draw on each control tick."""
+    command_latency_s: Annotated[float, Field(ge=0, le=0.05)] = 0.0
+    """Time from a message's arrival at the vehicle until it acts."""
+    command_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.0
+    """Up to this much longer, drawn for each message; both together at most 0.05 s."""
+    steer_backlash_rad: Annotated[float, Field(ge=0, le=0.1)] = 0.0
+    """Play of the steering, as an angle of the road wheel."""
+
+    @model_validator(mode="after")
+    def _stays_within_50_ms(self) -> Self:
+        if self.command_latency_s + self.command_jitter_s > 0.05 + 1e-9:
+            raise ValueError("command_latency_s and command_jitter_s: expected at most 0.05 s together")
+        return self
+
+
 class PlantSection(Section):
     """What differs from the preset and from ``world.environment`` for these vehicles."""
 
@@ -132,6 +153,8 @@ class PlantSection(Section):
     """Friction of tyre and road; without it, that of ``world.environment``."""
     grade: Annotated[float, Field(ge=-0.3, le=0.3)] | None = None
     """Grade of the road; without it, that of ``world.environment``."""
+    imperfections: ImperfectionsSection = ImperfectionsSection()
+    """What the vehicle's sensors and actuators lack; nothing by default."""
 
 
 class BindSection(Section):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 from jaus.address import JausAddress
 from xgv_cosim.actuation import CouplingKind, Driver
-from xgv_cosim.endpoint import Endpoint
+from xgv_cosim.endpoint import Endpoint, StackMessage
 from xgv_cosim.links.base import Link
 from xgv_cosim.parameters import VehicleParameters
 from xgv_cosim.perception import ModeView
@@ -65,6 +66,8 @@ class BoundVehicle:
     endpoint: Endpoint
     devices: SafetyDevices
     link: Link | None
+    on_the_way: deque[tuple[int, JausAddress, StackMessage]] = field(default_factory=deque)
+    """(control tick on which it acts, sender, message) of messages that have arrived and do not act yet."""
     refusals: set[tuple[str, str]] = field(default_factory=set)
     """(message type, reason) of refusals in the journal since the last accepted command of that type:
     repeats at every step are told once."""

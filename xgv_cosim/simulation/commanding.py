@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from jaus.address import JausAddress
+from xgv_cosim.clock import tick_at_or_after, time_of_tick_s
 from xgv_cosim.commands import CommandColumns, CommandKind, MotionProfile, WrenchEffort
 from xgv_cosim.endpoint import (
     CommandAccepted,
@@ -15,7 +17,9 @@ from xgv_cosim.endpoint import (
     EndpointChanged,
     EndpointEvent,
     MessageRefused,
+    StackMessage,
 )
+from xgv_cosim.plant.imperfections import delay_s
 from xgv_cosim.simulation import drivetrain
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.state import RunState
@@ -33,7 +37,7 @@ def receive(state: RunState) -> None:
         if not (vehicle.devices.hears_stack and vehicle.is_computing):
             continue  # what a lost link carried, or nobody read, is gone; it does not arrive late
         for sender, message in arrived:
-            handle(state, vehicle, vehicle.endpoint.receive(message, sender, state.now_s))
+            _take_in(state, vehicle, sender, message)
 
 
 def _deliver_posted(state: RunState) -> None:
@@ -44,11 +48,36 @@ def _deliver_posted(state: RunState) -> None:
             continue  # it has left the world since
         vehicle = state.vehicles[vehicle_id]
         if vehicle.devices.hears_stack and vehicle.is_computing:
-            handle(state, vehicle, vehicle.endpoint.receive(message, sender, state.now_s))
+            _take_in(state, vehicle, sender, message)
+
+
+def _take_in(state: RunState, vehicle: BoundVehicle, sender: JausAddress, message: StackMessage) -> None:
+    """Let a message that has arrived act, at once or when its latency is over; none overtakes another."""
+    limits, slot = state.fleet.parameters, vehicle.slot
+    latency_s, jitter_s = float(limits.command_latency_s[slot]), float(limits.command_jitter_s[slot])
+    if latency_s == jitter_s == 0.0:
+        handle(state, vehicle, vehicle.endpoint.receive(message, sender, state.now_s))
+        return
+    waiting, tick = vehicle.on_the_way, state.clock.tick
+    counter = (tick << 16) + len(waiting)
+    later_s = delay_s(latency_s, jitter_s, int(state.fleet.draw_key[slot]), counter)
+    acts = max(tick_at_or_after(state.now_s + later_s), waiting[-1][0] if waiting else tick)
+    waiting.append((acts, sender, message))
+
+
+def _deliver_due(state: RunState) -> None:
+    """Hand over what was under way; who does not compute by then reads nothing (XGV-32, XGV-67)."""
+    for vehicle in state.vehicles:
+        waiting = vehicle.on_the_way
+        while waiting and waiting[0][0] <= state.clock.tick:
+            _, sender, message = waiting.popleft()
+            if vehicle.is_computing:
+                handle(state, vehicle, vehicle.endpoint.receive(message, sender, state.now_s))
 
 
 def meet_deadlines(state: RunState) -> None:
     """Let endpoints do what is due at this tick, and end commands that have expired (XGV-43)."""
+    _deliver_due(state)
     fleet = state.fleet
     due = (fleet.command.expires_s <= state.now_s + 1e-9) & ~fleet.frozen
     for slot in np.flatnonzero(due).tolist():
@@ -61,10 +90,11 @@ def meet_deadlines(state: RunState) -> None:
 
 
 def next_deadline_s(state: RunState) -> float:
-    """Return when the next command expires or the next endpoint wants to act."""
+    """Return when the next command expires, message under way acts or endpoint wants to act."""
     expiry = float(np.where(state.fleet.frozen, np.inf, state.fleet.command.expires_s).min())
     computing = (vehicle for vehicle in state.vehicles if vehicle.is_computing)
-    return min([expiry, *(vehicle.endpoint.next_deadline_s for vehicle in computing)])
+    arriving = (time_of_tick_s(vehicle.on_the_way[0][0]) for vehicle in state.vehicles if vehicle.on_the_way)
+    return min([expiry, *arriving, *(vehicle.endpoint.next_deadline_s for vehicle in computing)])
 
 
 def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) -> None:

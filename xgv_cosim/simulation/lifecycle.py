@@ -12,6 +12,7 @@ from xgv_cosim.actuation import CouplingKind, Driver, Lateral, Longitudinal
 from xgv_cosim.columns import BoolColumn
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.fleet import Fleet
+from xgv_cosim.plant.imperfections import draw_key
 from xgv_cosim.simulation import commanding, drivetrain, grip, reporting, requests
 from xgv_cosim.simulation.binding import Binding, BoundVehicle, Selector, StartKind
 from xgv_cosim.simulation.state import RunState
@@ -114,6 +115,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         devices=binding.profile.new_devices(vehicle_id, state.now_s, state.transmitter(binding.transmitter)),
         link=binding.new_link(vehicle_id, stack_address(slot)) if binding.new_link else None,
     )
+    state.fleet.draw_key[slot] = draw_key(vehicle_id, binding.profile.seed)
     vehicle.endpoint.partial_mode_entered(binding.partial_mode)
     state.vehicles.add(vehicle)
     words = (

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from xgv_cosim.fleet import Motion
 from xgv_cosim.perception import ModeView, observe
+from xgv_cosim.plant.imperfections import measured_speed_mps
 from xgv_cosim.simulation import drivetrain, reporting
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.state import RunState
@@ -30,6 +32,13 @@ def mode_view(state: RunState, vehicle: BoundVehicle) -> ModeView:
     return vehicle.last_view
 
 
+def measured_motion(state: RunState) -> Motion:
+    """Return the fleet's motion as the vehicles measure and report it (``plant.imperfections``)."""
+    fleet = state.fleet
+    measured = measured_speed_mps(fleet.motion.speed_mps, fleet.parameters, fleet.draw_key, state.clock.tick)
+    return fleet.motion._replace(speed_mps=measured)
+
+
 def send_observations(state: RunState, snapshot: Snapshot, world: World) -> None:
     """Give each stack its view; it answers at the start of the next step. Who has none costs nothing."""
     listening = [(vehicle, vehicle.link) for vehicle in state.vehicles if vehicle.link is not None]
@@ -39,6 +48,7 @@ def send_observations(state: RunState, snapshot: Snapshot, world: World) -> None
     names = [vehicle.vehicle_id for vehicle, _ in listening]
     seen = [mode_view(state, vehicle) for vehicle, _ in listening]
     around = world.surroundings(names)
-    observations = observe(snapshot, world.road, around, state.fleet.motion, slots, names, seen)
+    motion = measured_motion(state)
+    observations = observe(snapshot, world.road, around, motion, slots, names, seen)
     for (_, link), observation in zip(listening, observations, strict=True):
         link.send(observation)

@@ -193,6 +193,11 @@ class VehicleProfile(Protocol):
         ...
 
     @property
+    def seed(self) -> int:
+        """Return the seed of the run, from which a vehicle's own draws follow."""
+        ...
+
+    @property
     def effects(self) -> Mapping[InjectionKind, InjectionEffect]:
         """Return what each supported injection does; a kind that is absent is unsupported."""
         ...

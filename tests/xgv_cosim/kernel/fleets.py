@@ -129,7 +129,11 @@ def random_fleet(
         motion,
         reference,
         wanted,
-        parameters._replace(released_steering_self_aligns=released, grade=pick(0.0, 0.0, 0.1, -0.2)),
+        parameters._replace(
+            released_steering_self_aligns=released,
+            grade=pick(0.0, 0.0, 0.1, -0.2),
+            steer_backlash_rad=pick(0.0, 0.02),
+        ),
     )
 
 

@@ -187,6 +187,16 @@ _READINGS = (
         ("control_mode", "command_dropped", "no_command"),
     ),
     _Reading(
+        "imperfections",
+        "D",
+        "None by default. Noise and quanta are in the speed that the vehicle reports; its own speed "
+        "controller has an exact sensor. Latency holds back every message of a stack, in order. The play "
+        "is that of the steering's linkage; pedals have springs and none. Draws follow from vehicle id, "
+        "seed and control tick.",
+        ("bound",),
+        key="bind.plant.imperfections",
+    ),
+    _Reading(
         "contact",
         "D",
         "After a contact with a bound vehicle both stay where they are with speed 0 at once: no push, no "
@@ -199,7 +209,8 @@ _READINGS = (
         "commands",
         "D",
         "A command is accepted when its sender controls the component, it fits the control mode "
-        "and its values are valid, whatever the safety mode.",
+        "and its values are valid, whatever the safety mode. Throttle is a share from 0 to 1: a negative "
+        "propulsive effort, for which the message has room (XGV-59), is no command; backwards is a gear.",
         (
             "handover",
             "injection",
