@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
-from hypothesis import settings
+import pytest
+from hypothesis import Phase, settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 
+from jaus import component as jaus_component
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
+from tests.jaus.test_component_machine import PLANTED, status_in_words
 from xgv_cosim.actuation import Gear, LostFunction
 from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, Turn, WrenchEffort
 from xgv_cosim.endpoint import (
@@ -28,6 +33,7 @@ from xgv_cosim.endpoint import (
 from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
 from xgv_cosim.vehicles.xgv.errors import ERRORS
 from xgv_cosim.vehicles.xgv.modes import PARTIAL_MODE_ACTS_IN, PAUSES, ControlMode, ReadyMode, SafetyMode
+from xgv_cosim.vehicles.xgv.reasons import COMPONENT_NAMES
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 
 PD = ComponentId.PRIMITIVE_DRIVER
@@ -48,6 +54,9 @@ class Conversation(RuleBasedStateMachine):
         self.heard_s: dict[JausAddress, float] = {}
         self.lasting: set[int] = set()
         self.latched: set[int] = set()
+        self.status = dict.fromkeys((PD, MPD), ComponentStatus.STANDBY)
+        self.initialized_s: dict[ComponentId, float] = {}
+        self.waiting: set[ComponentId] = set()
         self.shown = {"control_mode": "software_pause", "ready_mode": "software_pause", "signals": "off"}
 
     def hear(self, events: list[EndpointEvent]) -> None:
@@ -62,7 +71,7 @@ class Conversation(RuleBasedStateMachine):
                 self.shown[event.kind] = event.after
 
     def say(self, message: StackMessage, sender: JausAddress) -> list[EndpointEvent]:
-        before = self.state()
+        before, holders = self.state(), self.holders()
         events = self.endpoint.receive(message, sender, self.now_s)
         self.heard_s[sender] = self.now_s
         if any(isinstance(event, CommandAccepted) for event in events):
@@ -73,7 +82,43 @@ class Conversation(RuleBasedStateMachine):
             assert all(isinstance(event, MessageRefused | DevicesCommanded) for event in events)
             assert self.state() == before  # an illegal input changes nothing
         self.hear(events)
+        self.follow_preemption(events, holders)
+        if any(isinstance(event, CommandAccepted) for event in events):
+            self.resume_waiting()
         return events
+
+    def holders(self) -> dict[ComponentId, JausAddress | None]:
+        """Return which client has each driver, itself or through the MPD."""
+        held = self.endpoint.component_controller
+        return {name: held[MPD] if client == MPD_ADDRESS else client for name, client in held.items()}
+
+    def follow_preemption(
+        self, events: list[EndpointEvent], before: Mapping[ComponentId, JausAddress | None]
+    ) -> None:
+        """XGV-66: a command that a pre-emption ends leaves the drivers in standby, unless all is paused."""
+        after = self.holders()
+        taken = any(None not in (before[name], after[name]) and before[name] != after[name] for name in after)
+        dropped = any(isinstance(event, CommandDropped) for event in events)
+        if taken and dropped and self.endpoint.control_mode is not ControlMode.SOFTWARE_PAUSE:
+            ready = {name for name, status in self.status.items() if status is ComponentStatus.READY}
+            self.status |= dict.fromkeys(ready, ComponentStatus.STANDBY)
+            self.waiting |= ready
+
+    def resume_waiting(self) -> None:
+        """XGV-66: the first command ends what a pre-emption began, unless a client commanded the status."""
+        for name in self.waiting:
+            self.status[name] = status_in_words(self.status[name], StatusCommand.RESUME)
+        self.waiting.clear()
+
+    def may_command(self, sender: JausAddress, component: ComponentId, command: StatusCommand) -> bool:
+        """XGV-10, XGV-25, XGV-63, in words."""
+        held = self.endpoint.component_controller
+        if held[component] is None:
+            return command is not StatusCommand.CLEAR_EMERGENCY
+        if held[component] == sender or command is StatusCommand.SET_EMERGENCY:
+            return True
+        drives_through_mpd = held[component] == MPD_ADDRESS and held[MPD] == sender
+        return drives_through_mpd and command not in {StatusCommand.SHUTDOWN, StatusCommand.RESET}
 
     def state(self) -> tuple[object, ...]:
         endpoint = self.endpoint
@@ -138,13 +183,18 @@ class Conversation(RuleBasedStateMachine):
         self.safety_mode = mode
         self.hear(self.endpoint.safety_mode_entered(mode, self.now_s))
 
-    @rule(code=st.sampled_from([9109, 9106, 9150, 9138, 9175]))
+    @rule(code=st.sampled_from([9109, 9106, 9150, 9138, 9175, 9156]))
     def raise_error(self, code: int) -> None:
+        if code == 9156 and code not in self.lasting | self.latched:  # XGV-21: the MPD fails
+            self.waiting.discard(MPD)
+            self.initialized_s.pop(MPD, None)
+            if self.status[MPD] is not ComponentStatus.SHUTDOWN:
+                self.status[MPD] = ComponentStatus.FAILURE
         self.hear(self.endpoint.raise_error(code, self.now_s))
         self.lasting.add(code)
         self.latched.discard(code)
 
-    @rule(code=st.sampled_from([9109, 9106, 9150, 9138, 9175]))
+    @rule(code=st.sampled_from([9109, 9106, 9150, 9138, 9175, 9156]))
     def end_error(self, code: int) -> None:
         self.hear(self.endpoint.clear_error(code, self.now_s))
         if code in self.lasting and code not in {9138, 9175}:
@@ -166,7 +216,35 @@ class Conversation(RuleBasedStateMachine):
 
     @rule(sender=clients, component=drivers, command=st.sampled_from(StatusCommand))
     def command_status(self, sender: JausAddress, component: ComponentId, command: StatusCommand) -> None:
-        self.say(CommandStatus(component, command), sender)
+        """XGV-21, XGV-25: one who may not, and a Resume that does not lead to ready, are told so."""
+        allowed = self.may_command(sender, component, command)
+        events = self.say(CommandStatus(component, command), sender)
+        before = self.status[component]
+        after = self.status[component] = status_in_words(before, command) if allowed else before
+        is_idle_resume = command is StatusCommand.RESUME and after is not ComponentStatus.READY
+        refused = any(isinstance(event, MessageRefused) for event in events)
+        assert refused == (not allowed or is_idle_resume)
+        changes = [event.after for event in self.statuses(events)]
+        assert changes == ([] if after is before else [f"{COMPONENT_NAMES[component]}: {after.name.lower()}"])
+        if not allowed:
+            return
+        self.waiting.discard(component)
+        if command is StatusCommand.RESET:
+            self.initialized_s.setdefault(component, self.now_s + 1.0)
+        elif after is not ComponentStatus.INITIALIZE:
+            self.initialized_s.pop(component, None)
+
+    @rule(component=drivers, commands=st.lists(st.sampled_from(StatusCommand), min_size=4, max_size=10))
+    def holder_commands_status(self, component: ComponentId, commands: list[StatusCommand]) -> None:
+        """By whoever may, in a row, so that every status meets every command in a run."""
+        sender = self.holders()[component] or JausAddress(1, 2, 4, 1)
+        for command in commands:
+            self.command_status(sender, component, command)
+            self.status_is_what_commands_made_of_it()
+
+    @staticmethod
+    def statuses(events: list[EndpointEvent]) -> list[EndpointChanged]:
+        return [e for e in events if isinstance(e, EndpointChanged) and e.kind == "component_status"]
 
     @rule(sender=clients)
     def motion(self, sender: JausAddress) -> None:
@@ -197,9 +275,25 @@ class Conversation(RuleBasedStateMachine):
                 self.hear(events)
             else:
                 self.now_s = self.endpoint.next_deadline_s
-                self.hear(self.endpoint.handle_deadline(self.now_s))
+                holders = self.holders()
+                events = self.endpoint.handle_deadline(self.now_s)
+                self.hear(events)
+                self.initialise()
+                self.follow_preemption(events, holders)
                 assert self.endpoint.next_deadline_s > self.now_s
         self.now_s = until_s
+
+    def initialise(self) -> None:
+        """XGV-25: a driver that was reset is in standby a second later."""
+        for name in [name for name, due_s in self.initialized_s.items() if due_s <= self.now_s + 1e-9]:
+            del self.initialized_s[name]
+            if self.status[name] is ComponentStatus.INITIALIZE:
+                self.status[name] = ComponentStatus.STANDBY
+
+    @invariant()
+    def status_is_what_commands_made_of_it(self) -> None:
+        """XGV-21, XGV-25, XGV-66: for both drivers; the endpoint is asked for nothing but the result."""
+        assert self.endpoint.component_status == self.status
 
     @invariant()
     def only_a_controllers_command_is_in_force(self) -> None:
@@ -251,7 +345,7 @@ class Conversation(RuleBasedStateMachine):
             ControlMode.WRENCH_EFFORTS: {PD},
             ControlMode.MOTION_PROFILES: {PD, MPD},
         }.get(self.endpoint.control_mode)
-        status = self.endpoint.component_status
+        status = self.status
         ready = needed is not None and all(status[name] is ComponentStatus.READY for name in needed)
         assert (self.endpoint.ready_mode is ReadyMode.READY) == ready
         assert self.shown["ready_mode"] == self.endpoint.ready_mode.name.lower()
@@ -268,3 +362,15 @@ class Conversation(RuleBasedStateMachine):
 
 TestConversation = Conversation.TestCase
 TestConversation.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)
+
+
+@pytest.mark.parametrize(("status", "command", "wrong"), PLANTED)
+def test_the_conversation_sees_wrong_transitions_xgv_21_xgv_25(
+    status: ComponentStatus, command: StatusCommand, wrong: ComponentStatus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The machine above must not be blind to the status: each planted fault is found."""
+    table: Mapping[object, object] = {**jaus_component.STATUS_TRANSITIONS, (status, command): wrong}
+    monkeypatch.setattr(jaus_component, "STATUS_TRANSITIONS", MappingProxyType(table))
+    seen = settings(max_examples=200, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
+    with pytest.raises(AssertionError):
+        run_state_machine_as_test(Conversation, settings=seen)
