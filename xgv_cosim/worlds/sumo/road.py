@@ -16,7 +16,7 @@ import numpy as np
 from xgv_cosim.road import LanePoints
 
 if TYPE_CHECKING:
-    from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
+    from xgv_cosim.columns import BoolColumn, FloatColumn, FloatMatrix, IntColumn
     from xgv_cosim.worlds.sumo.engine import Engine
 
 _SHORTEST_SEGMENT_M = 1e-6
@@ -87,6 +87,11 @@ class SumoRoad:
             ),
             junctions=_junctions(engine, ids),
         )
+
+    @cached_property
+    def inside_junction(self) -> BoolColumn:
+        """Return which lanes are a junction's own, shape ``(number of lanes,)``."""
+        return np.array([lane_id.startswith(":") for lane_id in self.lane_ids], np.bool_)
 
     @cached_property
     def index_of(self) -> dict[str, int]:

@@ -23,6 +23,7 @@ from xgv_cosim.surroundings import (
     leaders_of,
     rows_of,
 )
+from xgv_cosim.worlds.sumo.blockers import bodies_in_the_way
 from xgv_cosim.worlds.sumo.network import SumoNetwork
 from xgv_cosim.worlds.sumo.routes import RoutePlan, Way, plan_route, way_along
 from xgv_cosim.worlds.sumo.traffic_lanes import LaneTraffic
@@ -48,6 +49,8 @@ _RIGHT_OF_WAY = {
 }  # fmt: skip
 
 
+_SAME_M = 0.5
+"""A body in the way counts when it is nearer than the leader by this much."""
 _BACK_M, _ONWARD_M = 3.0, 30.0
 """So far before and behind its last place on its way a vehicle off the road is looked for."""
 
@@ -124,6 +127,12 @@ class SurroundingsReader:
         traffic = LaneTraffic.of(self.road, snapshot.lane, snapshot.lane_position_m)
         left_m = ways.first_left_m(position_m)
         leader_gap_m, leader_speed_mps = self._leaders(snapshot, rows, position_m, ways, traffic)
+        blocked_m, blocker_mps = bodies_in_the_way(
+            snapshot, rows, way_x_m, way_y_m, lane, self.road.inside_junction, self.road.junctions
+        )
+        blocked = blocked_m < leader_gap_m - _SAME_M
+        leader_gap_m = np.where(blocked, blocked_m, leader_gap_m)
+        leader_speed_mps = np.where(blocked, blocker_mps, leader_speed_mps)
         has_way = ways.lanes[:, 0] >= 0
         return Surroundings(
             way_x_m=way_x_m,
