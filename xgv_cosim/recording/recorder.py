@@ -102,7 +102,7 @@ class Recorder:
         Raises:
             RecordingError: The disk is full or the file cannot be written.
         """
-        self._hash.update(tick, fleet)
+        self._hash.update(tick, fleet, snapshot)
         self._trajectory.append(tick, fleet, snapshot)
         self._note_lanes(snapshot)
         line = trace_line(self.num_steps, tick, self._hash.hexdigest)

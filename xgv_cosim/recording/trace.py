@@ -1,7 +1,8 @@
-"""The trace: a rolling hash of what every bound vehicle did, and where two runs part.
+"""The trace: a rolling hash of what every vehicle did, and where two runs part.
 
 Trace hash (requirements, cross-profile rules): SHA-256 over (tick, vehicle, x, y, heading, speed, mode)
-of every bound vehicle, ordered, as float64; no link, wall-clock or sequence data.
+of every bound vehicle, ordered, as float64; no link, wall-clock or sequence data. Added to it here: pose and
+speed of every vehicle of the world, so that a run with nobody bound has a trace too.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from xgv_cosim.clock import time_of_tick_s
 from xgv_cosim.errors import ReplayError
 from xgv_cosim.fleet import Fleet
+from xgv_cosim.snapshot import Snapshot
 
 TRACE_HEADER = "step,tick,t_s,digest"
 DIGITS_PER_STEP = 16
@@ -24,11 +26,13 @@ DIGITS_PER_STEP = 16
 
 
 class TraceHash:
-    """Rolling SHA-256 of the bound vehicles' motion and safety mode.
+    """Rolling SHA-256 of the bound vehicles' motion and safety mode, and of the motion of all vehicles.
 
-    Each vehicle adds, in the order of the ids, the length of its id (unsigned 32 bit), its id (UTF-8) and
-    the float64 values tick, x, y, heading, speed (rear axle, east-north-up, metres, radians, m/s) and
-    safety mode code, all little endian. Minus zero counts as zero.
+    In each step every bound vehicle adds, in the order of the ids, the length of its id (unsigned 32 bit),
+    its id (UTF-8) and the float64 values tick, x, y, heading, speed (rear axle, east-north-up, metres,
+    radians, m/s) and safety mode code. Then the world adds the tick (float64), the number of its vehicles
+    (unsigned 32 bit), length and id of each, in the order of the ids, and in that order the float64 columns
+    x, y, heading and speed of all (front bumper). All is little endian; minus zero counts as zero.
     """
 
     def __init__(self) -> None:
@@ -36,9 +40,16 @@ class TraceHash:
         self._ids: list[str | None] = []
         self._slots = np.zeros(0, np.int64)
         self._names: list[bytes] = []
+        self._world_ids: tuple[str, ...] = ()
+        self._world_order = np.zeros(0, np.int64)
+        self._world_names = b""
 
-    def update(self, tick: int, fleet: Fleet) -> None:
-        """Add the state of every bound vehicle at the end of control tick ``tick``."""
+    def update(self, tick: int, fleet: Fleet, snapshot: Snapshot) -> None:
+        """Add the state of every bound vehicle, and of the world, at the end of control tick ``tick``."""
+        self._add_bound(tick, fleet)
+        self._add_world(tick, snapshot)
+
+    def _add_bound(self, tick: int, fleet: Fleet) -> None:
         self._order(fleet)
         if not self._names:
             return
@@ -57,6 +68,20 @@ class TraceHash:
         for index, name in enumerate(self._names):
             parts += (name, data[index * width : (index + 1) * width])
         self._sha.update(b"".join(parts))
+
+    def _add_world(self, tick: int, snapshot: Snapshot) -> None:
+        if snapshot.ids != self._world_ids:
+            self._world_ids = snapshot.ids
+            ordered = sorted((name, row) for row, name in enumerate(snapshot.ids))
+            self._world_order = np.array([row for _, row in ordered], np.int64)
+            self._world_names = b"".join(_length_and_name(name) for name, _ in ordered)
+        quantities = (snapshot.front_x_m, snapshot.front_y_m, snapshot.heading_rad, snapshot.speed_mps)
+        columns = np.empty((len(quantities), len(self._world_order)), "<f8")
+        for row, quantity in enumerate(quantities):
+            columns[row] = quantity[self._world_order]
+        columns += 0.0  # -0.0 becomes 0.0
+        head = np.array([tick], "<f8").tobytes() + len(self._world_order).to_bytes(4, "little")
+        self._sha.update(head + self._world_names + columns.tobytes())
 
     def _order(self, fleet: Fleet) -> None:
         if fleet.ids == self._ids:

@@ -49,7 +49,7 @@ def test_trace_is_readable_at_any_moment_and_ends_in_the_hash(
     for tick in (10, 20, 30):
         fleet.motion.x_m[0] += 2.0
         recorder.record_step(tick, fleet, make_snapshot("xgv_0", "car"))
-        trace.update(tick, fleet)
+        trace.update(tick, fleet, make_snapshot("xgv_0", "car"))
         step, at_tick, t_s, digest = read_trace(tmp_path / "run/trace.csv")[-1]
         assert (step, at_tick, t_s) == (tick // 10 - 1, tick, tick / 100)
         assert recorder.trace_hash == trace.hexdigest

@@ -12,6 +12,7 @@ import pytest
 from xgv_cosim.errors import ReplayError
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.recording import TraceHash, first_difference
+from xgv_cosim.snapshot import Snapshot
 
 
 def fleet_of(*names: str) -> Fleet:
@@ -27,20 +28,54 @@ def fleet_of(*names: str) -> Fleet:
     return fleet
 
 
-def digest(*steps: tuple[int, Fleet]) -> str:
+def world_of(*names: str, **columns: object) -> Snapshot:
+    """The columns that the hash reads; the others are empty."""
+    number = np.array([float(name[-1]) for name in names])
+    values: dict[str, object] = {
+        name: np.zeros(0) for name in Snapshot.__dataclass_fields__ if name not in {"time_s", "ids", "notes"}
+    }
+    values |= {"time_s": 0.0, "ids": names, "front_x_m": 30.0 * number, "front_y_m": 0.5 * number}
+    values |= {"heading_rad": -0.1 * number, "speed_mps": 10.0 + number}
+    return Snapshot(**{**values, **columns})  # type: ignore[arg-type]
+
+
+def digest(*steps: tuple[int, Fleet], world: Snapshot | None = None) -> str:
     trace = TraceHash()
     for tick, fleet in steps:
-        trace.update(tick, fleet)
+        trace.update(tick, fleet, world if world is not None else world_of())
     return trace.hexdigest
 
 
 def test_hash_is_what_the_rule_says() -> None:
-    """Against a digest made by hand: id with its length, then six little-endian float64."""
+    """Against a digest made by hand: id with its length, then six little-endian float64; then the world's."""
     by_hand = b""
     for name, number in ((b"a\xc3\xa91", 1.0), (b"b2", 2.0)):
         values = (10.0, 10.0 * number, -number, 0.1 * number, 20.0 + number, 1.0)
         by_hand += struct.pack("<I", len(name)) + name + struct.pack("<6d", *values)
-    assert digest((10, fleet_of("b2", "aé1"))) == hashlib.sha256(by_hand).hexdigest()
+    by_hand += struct.pack("<dI", 10.0, 2) + struct.pack("<I", 2) + b"c3" + struct.pack("<I", 2) + b"d4"
+    by_hand += struct.pack("<8d", 90.0, 120.0, 1.5, 2.0, -0.1 * 3.0, -0.4, 13.0, 14.0)
+    made = digest((10, fleet_of("b2", "aé1")), world=world_of("d4", "c3"))
+    assert made == hashlib.sha256(by_hand).hexdigest()
+
+
+@pytest.mark.parametrize("column", ["front_x_m", "front_y_m", "heading_rad", "speed_mps"])
+def test_the_last_bit_of_anybody_changes_the_hash_also_with_nobody_bound(column: str) -> None:
+    before = world_of("a1", "b2")
+    values = getattr(before, column).copy()
+    values[1] = np.nextafter(values[1], np.inf)
+    for fleet in (Fleet(), fleet_of("a1")):
+        made = digest((10, fleet), world=before)
+        assert digest((10, fleet), world=world_of("a1", "b2", **{column: values})) != made
+        assert digest((10, fleet), world=world_of("a1", "b2")) == made
+        assert digest((11, fleet), world=before) != made
+
+
+def test_who_is_in_the_world_counts_and_in_which_order_it_tells_of_them_does_not() -> None:
+    empty, made = Fleet(), digest((10, Fleet()), world=world_of("a1", "b2"))
+    assert digest((10, empty), world=world_of("b2", "a1")) == made
+    assert digest((10, empty), world=world_of("a1", "c2")) != made
+    assert digest((10, empty), world=world_of("a1")) != made
+    assert digest((10, empty)) != hashlib.sha256().hexdigest()
 
 
 def test_same_motion_gives_the_same_hash_whatever_the_slots() -> None:

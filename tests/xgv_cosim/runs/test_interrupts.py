@@ -15,6 +15,7 @@ from xgv_cosim.recording import RESULT, TraceHash, read_trace
 from xgv_cosim.recording.folder import TRACE
 from xgv_cosim.runs import replay
 from xgv_cosim.runs.interrupts import InterruptsBetweenSteps
+from xgv_cosim.snapshot import Snapshot
 
 
 def test_the_first_waits_and_the_second_does_not() -> None:
@@ -69,9 +70,9 @@ def interrupting(monkeypatch: pytest.MonkeyPatch, at_update: int) -> None:
     original = TraceHash.update
     updates = 0
 
-    def update(self: TraceHash, tick: int, fleet: Fleet) -> None:
+    def update(self: TraceHash, tick: int, fleet: Fleet, snapshot: Snapshot) -> None:
         nonlocal updates
-        original(self, tick, fleet)
+        original(self, tick, fleet, snapshot)
         updates += 1
         if updates == at_update:
             signal.raise_signal(signal.SIGINT)

@@ -54,7 +54,7 @@ class Trace:
         """Nothing to do."""
 
     def record_step(self, tick: int, fleet: Fleet, snapshot: Snapshot) -> None:
-        self.hash.update(tick, fleet)
+        self.hash.update(tick, fleet, snapshot)
         columns = (snapshot.front_x_m, snapshot.front_y_m, snapshot.heading_rad, snapshot.speed_mps)
         self.rows.append((tick, snapshot.time_s, snapshot.ids, *(column.tobytes() for column in columns)))
 
