@@ -154,8 +154,13 @@ def _end(state: RunState, vehicle: BoundVehicle, kind: str, what: str) -> None:
     state.note(vehicle.vehicle_id, kind, what, "", (f"lasted {lasted_s:.2f} s",))
 
 
-def note_failed_references(state: RunState, failed: BoolColumn) -> None:
-    """Put vehicles whose references could not be computed into the error state, each on its own."""
+def note_failed_references(state: RunState, failed: BoolColumn) -> bool:
+    """Put vehicles whose references cannot be computed into the error state, each on its own (XGV-38).
+
+    Returns:
+        Whether any was put there now: then the modes follow.
+    """
+    is_news = False
     for slot in np.flatnonzero(failed).tolist():
         if state.fleet.ids[slot] is None:
             continue
@@ -163,9 +168,11 @@ def note_failed_references(state: RunState, failed: BoolColumn) -> None:
         code = vehicle.binding.profile.controller_failure_code
         raised = vehicle.endpoint.raise_error(code, state.now_s)
         if raised:  # not again while the error stands
+            is_news = True
             reason = "its speed or curvature reference is not valid"
             state.note(vehicle.vehicle_id, "controller_failed", reasons=(reason,))
             commanding.handle(state, vehicle, raised)
+    return is_news
 
 
 def note_world(state: RunState, snapshot: Snapshot) -> None:
@@ -193,11 +200,12 @@ def note_teleports(state: RunState, road: Road, before: Snapshot, snapshot: Snap
 
 
 def _note_road(state: RunState, snapshot: Snapshot) -> None:
-    """Enter when a bound vehicle leaves the road, and when it is back."""
+    """Enter when a bound vehicle leaves the road, and when it is back; a released one is not back."""
     rows = {vehicle.vehicle_id: snapshot.index_of.get(vehicle.vehicle_id) for vehicle in state.vehicles}
     off = {name for name, row in rows.items() if row is not None and snapshot.lane[row] < 0}
     for name in sorted(off - state.off_road):
         state.note(name, "road", "on_road", "off_road", ("its front is on no lane",))
-    for name in sorted(state.off_road - off):
+    nowhere = {name for name in state.off_road if name in rows and rows[name] is None}
+    for name in sorted((state.off_road & rows.keys()) - off - nowhere):
         state.note(name, "road", "off_road", "on_road")
-    state.off_road = off
+    state.off_road = off | nowhere

@@ -28,3 +28,40 @@ def test_leaving_the_road_and_coming_back_is_told_and_loses_nothing(
     told = [event for event in simulation.state.journal.events if event.kind == "road"]
     assert [(event.vehicle, event.after) for event in told] == [("xgv_0", "off_road"), ("xgv_0", "on_road")]
     assert [event for event in simulation.state.journal.events if event.kind == "teleport"] == []
+
+
+def test_a_car_released_off_the_road_stays_in_the_world_and_can_be_bound_again(open_hello: Opener) -> None:
+    """SUMO would list it as teleporting for good, and the journal would call it back on the road."""
+    simulation = open_hello("bind.0.coupling=free")
+    simulation.run_until(4.0)
+    simulation.fleet.motion.y_m[simulation.fleet.slot_of("xgv_0")] -= 12.0
+    snapshot = simulation.step()
+    row = snapshot.index_of["xgv_0"]
+    at = float(snapshot.front_x_m[row]), float(snapshot.front_y_m[row])
+    binding = simulation.state.vehicle("xgv_0").binding
+    simulation.release("xgv_0")
+    for _ in range(120):  # longer than SUMO lets a vehicle stand that nobody stirs
+        snapshot = simulation.step()
+        assert "xgv_0" not in snapshot.arrived + snapshot.teleported
+        row = snapshot.index_of["xgv_0"]
+        assert (snapshot.lane[row], snapshot.speed_mps[row]) == (-1, 0.0)
+        assert (snapshot.front_x_m[row], snapshot.front_y_m[row]) == pytest.approx(at, abs=1e-6)
+    events = [event for event in simulation.state.journal.events if event.vehicle == "xgv_0"]
+    assert [event.after for event in events if event.kind == "road"] == ["off_road"]
+    assert any(
+        "released off the road" in str(event.reasons) for event in events if event.kind == "world_note"
+    )
+    simulation.bind_vehicle("xgv_0", binding)
+    simulation.fleet.motion.y_m[simulation.fleet.slot_of("xgv_0")] += 12.0
+    simulation.step()
+    snapshot = simulation.step()
+    assert snapshot.lane[snapshot.index_of["xgv_0"]] >= 0
+
+
+def test_a_car_whose_time_as_a_bound_one_ends_off_the_road_stays_there(open_hello: Opener) -> None:
+    simulation = open_hello("bind.0.until_s=4.5")
+    simulation.run_until(4.0)
+    simulation.fleet.motion.y_m[simulation.fleet.slot_of("xgv_0")] -= 12.0
+    simulation.run_until(6.0)
+    assert "xgv_0" not in simulation.vehicle_ids
+    assert simulation.snapshot.lane[simulation.snapshot.index_of["xgv_0"]] == -1

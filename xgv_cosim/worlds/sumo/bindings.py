@@ -112,10 +112,19 @@ class Bindings:
         )
 
     def give_back(self, vehicle_id: str, now: Snapshot) -> None:
-        """Leave a vehicle to SUMO's driver for good."""
-        self._switch(vehicle_id, self.bound[vehicle_id], self._world_driver, now)
+        """Leave a vehicle to SUMO's driver for good.
+
+        Off the road SUMO drives nobody: it would keep the vehicle on its list of teleports and never bring
+        it back (measured). There the vehicle is held where it is until it is bound again.
+        """
+        row = now.index_of.get(vehicle_id)
+        off_road = row is not None and now.lane[row] < 0
+        self._switch(vehicle_id, self.bound[vehicle_id], self._free if off_road else self._world_driver, now)
         del self.bound[vehicle_id]
         self._forget_lanes(vehicle_id)
+        if row is not None and off_road:
+            self._notes.append((vehicle_id, "released off the road, where SUMO drives nobody: stands there"))
+            self.hold(vehicle_id, now, row)
 
     def _forget_lanes(self, vehicle_id: str) -> None:
         self._frames.forget(vehicle_id)

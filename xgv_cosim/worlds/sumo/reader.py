@@ -86,7 +86,7 @@ class SnapshotReader:
         lane_position_m = np.array([vehicle.getLanePosition(vehicle_id) for vehicle_id in ids], np.float64)
         here = [name for name in bound_ids if name in index_of]
         # With a vehicle off the road SUMO follows a pointer to no lane in search of leaders, and crashes.
-        if any(lane[index_of[name]] < 0 for name in here):
+        if (lane < 0).any():
             neighbours = self._neighbours_on_lanes(index_of, lane, lane_position_m, here)
         else:
             neighbours = self._neighbours(index_of, lane, here, owner_of)
