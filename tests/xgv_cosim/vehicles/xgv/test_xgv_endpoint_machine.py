@@ -234,7 +234,7 @@ class Conversation(RuleBasedStateMachine):
         elif after is not ComponentStatus.INITIALIZE:
             self.initialized_s.pop(component, None)
 
-    @rule(component=drivers, commands=st.lists(st.sampled_from(StatusCommand), min_size=4, max_size=10))
+    @rule(component=drivers, commands=st.lists(st.sampled_from(StatusCommand), min_size=8, max_size=20))
     def holder_commands_status(self, component: ComponentId, commands: list[StatusCommand]) -> None:
         """By whoever may, in a row, so that every status meets every command in a run."""
         sender = self.holders()[component] or JausAddress(1, 2, 4, 1)
