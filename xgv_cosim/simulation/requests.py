@@ -6,7 +6,6 @@ import math
 from difflib import get_close_matches
 
 from xgv_cosim.clock import tick_at_or_after
-from xgv_cosim.errors import UnknownVehicleError
 from xgv_cosim.injection import InjectionKind
 from xgv_cosim.simulation import commanding, moding, safety
 from xgv_cosim.simulation.binding import BoundVehicle
@@ -51,24 +50,17 @@ PARTIAL_NAMES = ("full", "manual_steering", "manual_speed", "both_manual")
 def apply_scheduled(state: RunState, world: World, tick: int) -> None:
     """Apply the injections whose edge lies on ``tick`` (XGV-71).
 
-    Raises:
-        UnknownVehicleError: An injection names a vehicle that the world has never heard of.
+    One that names a vehicle of which the world has not heard is told like one whose pattern matches nobody;
+    it acts on the vehicle if that is bound while it lasts.
     """
     if not state.devices.ticks_between(tick, tick + 1):
         return
     bound = [vehicle.traveller for vehicle in state.vehicles]
     edges = state.devices.due(tick, bound)
-    for edge in edges:
-        name = edge.vehicle_id
-        if name and name not in state.vehicles and name not in state.released and not world.knows(name):
-            near = get_close_matches(name, state.fleet.bound_ids, 1)
-            guess = f"; did you mean {near[0]!r}?" if near else ""
-            hint = f"(injection {edge.kind.value} at {state.now_s:g} s names it{guess})"
-            raise UnknownVehicleError(name, state.fleet.bound_ids, hint)
     for kind in state.devices.chose_nobody(tick):
         reason = "its selector matches no vehicle that is bound now"
         state.note("", "injection_without_vehicle", after=kind.value, reasons=(reason,))
-    apply_edges(state, edges)
+    apply_edges(state, edges, world)
 
 
 def next_edge(state: RunState, tick: int, end: int) -> int:
@@ -84,8 +76,14 @@ def next_edge(state: RunState, tick: int, end: int) -> int:
     return min([end, *ticks])
 
 
-def apply_edges(state: RunState, edges: list[Edge]) -> None:
-    """Let each edge act on its vehicle, and enter it into the journal."""
+def apply_edges(state: RunState, edges: list[Edge], world: World | None = None) -> None:
+    """Let each edge act on its vehicle, and enter it into the journal.
+
+    Args:
+        state: The run.
+        edges: What begins and ends.
+        world: Asked whether it knows a vehicle that is not bound; None where every one is.
+    """
     for edge in edges:
         name = edge.kind.value
         if edge.transmitter:
@@ -94,8 +92,8 @@ def apply_edges(state: RunState, edges: list[Edge]) -> None:
         if edge.vehicle_id not in state.vehicles:
             _let_go(state, edge)
             if edge.begins:
-                reason = "the vehicle is not bound now; if it is bound while this lasts, it meets it then"
-                state.note(edge.vehicle_id, "injection_without_vehicle", after=name, reasons=(reason,))
+                reasons = _why_nobody(state, edge.vehicle_id, world)
+                state.note(edge.vehicle_id, "injection_without_vehicle", after=name, reasons=reasons)
             continue
         vehicle = state.vehicles[edge.vehicle_id]
         if edge.kind not in vehicle.binding.profile.effects:
@@ -110,6 +108,15 @@ def apply_edges(state: RunState, edges: list[Edge]) -> None:
             words = f"transmitter {vehicle.binding.transmitter}, used for {edge.vehicle_id}"
             _note_served(state, others, before, after, words)
         safety.apply(state, vehicle, edge.kind, edge.code, begins=edge.begins)
+
+
+def _why_nobody(state: RunState, name: str, world: World | None) -> tuple[str, ...]:
+    """Return why a vehicle that an injection names does not meet it now."""
+    if world is None or name in state.released or world.knows(name):
+        return ("the vehicle is not bound now; if it is bound while this lasts, it meets it then",)
+    near = get_close_matches(name, state.fleet.bound_ids, 1)
+    guess = (f"did you mean {near[0]!r}?",) if near else ()
+    return ("the world knows no vehicle of this name now", *guess)
 
 
 _PRESSES = (InjectionKind.ESTOP_PAUSE, InjectionKind.ESTOP_DISABLE)

@@ -9,7 +9,7 @@ import pytest
 from tests.xgv_cosim.simulation.conftest import Opener
 from tests.xgv_cosim.simulation.test_timelines import events_of
 from xgv_cosim.commands import DiscreteDevices, Signals
-from xgv_cosim.errors import CommandError, ScenarioError, UnknownVehicleError, WorldError
+from xgv_cosim.errors import CommandError, ScenarioError, WorldError
 
 
 def inject(*rows: str) -> str:
@@ -141,10 +141,18 @@ def test_an_error_needs_a_code_and_nothing_else_takes_one(open_hello: Opener) ->
     assert car.mode == "drive_by_wire"
 
 
-def test_after_a_step_that_failed_the_simulation_is_over(open_hello: Opener) -> None:
-    simulation = open_hello(inject("at_s: 1.0, vehicles: nobody, kind: door"))
-    with pytest.raises(UnknownVehicleError):
-        simulation.run_until(2.0)
+def test_after_a_step_that_failed_the_simulation_is_over(
+    open_hello: Opener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise ZeroDivisionError
+
+    simulation = open_hello()
+    simulation.run_until(1.0)
+    monkeypatch.setattr(simulation.world, "step", fails)
+    with pytest.raises(ZeroDivisionError):
+        simulation.step()
+    monkeypatch.undo()
     with pytest.raises(WorldError, match="open a new one"):
         simulation.step()
 

@@ -229,10 +229,15 @@ def test_injections_choose_among_bound_vehicles_by_pattern(open_hello: Opener) -
         assert events_of(simulation, "injection", vehicle) == [(1.0, "door"), (2.0, "")]
 
 
-def test_an_injection_into_a_vehicle_nobody_knows_ends_the_run_with_near_names(open_hello: Opener) -> None:
-    simulation = open_hello("injections=[{at_s: 1.0, vehicles: xgv_00, kind: door}]")
-    with pytest.raises(UnknownVehicleError, match=r"xgv_00.*did you mean 'xgv_0'"):
-        simulation.run_until(2.0)
+def test_an_injection_into_a_vehicle_nobody_knows_is_an_event_with_near_names(open_hello: Opener) -> None:
+    rows = [f"{{at_s: {at_s}, vehicles: {name}, kind: door}}" for at_s, name in ((1, "xgv_00"), (1.2, "zz"))]
+    simulation = open_hello(f"injections=[{', '.join(rows)}, {{at_s: 1.4, vehicles: xgv_0, kind: door}}]")
+    simulation.run_until(2.0)
+    assert events_of(simulation, "injection_without_vehicle", "xgv_00") == [(1.0, "door")]
+    told = [event for event in simulation.state.journal.events if event.kind == "injection_without_vehicle"]
+    unknown = "the world knows no vehicle of this name now"
+    assert [event.reasons for event in told] == [(unknown, "did you mean 'xgv_0'?"), (unknown,)]
+    assert events_of(simulation, "injection", "xgv_0") == [(1.4, "door")]
 
 
 def test_unknown_vehicles_and_kinds_are_named(open_hello: Opener) -> None:
