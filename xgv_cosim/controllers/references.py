@@ -99,6 +99,27 @@ class ReferenceGenerator:
         Raises:
             ValueError: The columns differ in length.
         """
+        failed = self.look_ahead(reference, setpoints)
+        present = self._expected[: len(reference)]
+        after = np.empty_like(present)
+        for shard in self._shards:
+            rows = shard.advance(duration_s)
+            after[:, shard.slots] = np.where(shard.is_governed, rows, present[:, shard.slots])
+        self._expected = np.concatenate([after, self._expected[len(reference) :]])
+        return Reference(*after), failed
+
+    def look_ahead(self, reference: Reference, setpoints: Setpoints) -> BoolColumn:
+        """Return the slots whose command or state is unusable, before anything moves (XGV-71).
+
+        What is calculated for it is what ``advance`` goes on with, if it is given the same.
+
+        Args:
+            reference: As for ``advance``.
+            setpoints: As for ``advance``.
+
+        Raises:
+            ValueError: The columns differ in length.
+        """
         columns = (*reference, *setpoints)
         num_slots = len(reference.speed_mps)
         if any(column.shape != (num_slots,) for column in columns):
@@ -110,9 +131,7 @@ class ReferenceGenerator:
         else:
             self._shards = _cut_into_shards(num_slots)
             changed = np.ones(num_slots, np.bool_)
-        present = given[: len(reference)]
-        after, failed = np.empty_like(present), np.zeros(num_slots, np.bool_)
-        stale = [shard for shard in self._shards if not shard.is_valid or changed[shard.slots].any()]
+        stale = [shard for shard in self._shards if shard.is_used_up or changed[shard.slots].any()]
         if stale:
             profiles, unusable = checked_profiles(reference, setpoints)
             speed_axis, curvature_axis = profile_axes(setpoints)
@@ -120,12 +139,11 @@ class ReferenceGenerator:
             for shard in stale:
                 part = Profiles(*(column[:, shard.slots] for column in profiles))
                 shard.retarget(part, is_governed[:, shard.slots], unusable[shard.slots])
+        self._expected = given
+        failed = np.zeros(num_slots, np.bool_)
         for shard in self._shards:
-            rows = shard.advance(duration_s)
-            after[:, shard.slots] = np.where(shard.is_governed, rows, present[:, shard.slots])
             failed[shard.slots] = shard.failed
-        self._expected = np.concatenate([after, given[len(reference) :]])
-        return Reference(*after), failed
+        return failed
 
 
 @dataclass(slots=True)
@@ -149,6 +167,11 @@ class _Shard:
     is_valid: bool = False
     num_calculated: int = 0
     num_refused: int = 0
+
+    @property
+    def is_used_up(self) -> bool:
+        """Return whether it was advanced without a trajectory, so that it starts anew from where it is."""
+        return not self.is_valid and self.elapsed_s > 0.0
 
     def retarget(self, profiles: Profiles, is_governed: BoolColumn, failed: BoolColumn) -> None:
         """Calculate the trajectory that starts from the present references."""

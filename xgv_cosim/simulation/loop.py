@@ -9,11 +9,12 @@ from typing import Self
 import numpy as np
 
 from xgv_cosim import kernel
+from xgv_cosim.actuation import Longitudinal
 from xgv_cosim.clock import Clock, time_of_tick_s
 from xgv_cosim.columns import BoolColumn
 from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
 from xgv_cosim.errors import ScenarioError, WorldError
-from xgv_cosim.fleet import Fleet, Motion
+from xgv_cosim.fleet import Fleet, Motion, Setpoints
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
     commanding,
@@ -27,6 +28,7 @@ from xgv_cosim.simulation import (
     requests,
     safety,
     setpoints,
+    shifting,
     triggers,
     views,
 )
@@ -132,7 +134,6 @@ class Simulation:
         """Advance by one world step and return the world after it.
 
         Raises:
-            UnknownVehicleError: An injection names a vehicle that the world has never heard of.
             WorldError: The traffic engine failed, or an earlier step did; the run is over.
         """
         if self._broken:
@@ -157,10 +158,15 @@ class Simulation:
             safety.meet_deadlines(state)
             commanding.meet_deadlines(state)
             self._resolve_modes()
+            wanted = setpoints.setpoints_of(fleet)
+            failed = self._references.look_ahead(fleet.reference, wanted)
+            if reporting.note_failed_references(state, failed):
+                self._resolve_modes()
+                wanted = setpoints.setpoints_of(fleet)
             by_computer = exchange.also_computers(fleet, by_computer)
-            until = requests.next_edge(state, tick, end)
-            self._advance_motion(until - tick)
-            tick = clock.tick = until
+            until = shifting.next_engagement(fleet, wanted, tick, requests.next_edge(state, tick, end))
+            self._advance_motion(wanted, until)
+            tick = until
             if tick < end:
                 requests.apply_scheduled(state, self.world, tick)
         by_computer = crash.also_held(state, by_computer)
@@ -222,19 +228,24 @@ class Simulation:
         drivetrain.follow_axes(self.state, answer.pausing)
         reporting.note_stops_without_effect(self.state, answer.pausing)
 
-    def _advance_motion(self, ticks: int) -> None:
-        """Ruckig once for the segment, then controllers and plant over its ticks."""
-        fleet = self.fleet
-        wanted = setpoints.setpoints_of(fleet)
-        limited, failed = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
+    def _advance_motion(self, wanted: Setpoints, until: int) -> None:
+        """Ruckig once for the segment, then controllers and plant over its ticks; the clock is at its end.
+
+        A driver has put his gears in at its beginning; a shift of the computer ends where it ends (XGV-71).
+        """
+        fleet, clock = self.fleet, self.state.clock
+        ticks = until - clock.tick
+        limited, _ = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
         motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
-        drivetrain.note_gears(self.state, fleet.motion.gear, motion.gear)
+        by_driver = np.where(fleet.longitudinal == Longitudinal.DRIVER, motion.gear, fleet.motion.gear)
+        drivetrain.note_gears(self.state, fleet.motion.gear, by_driver)
         motion = crash.held(self.state, fleet.motion, motion)
         fleet.motion = motion
         grip.note(self.state, ticks)
         fleet.gear_wanted = setpoints.gear_kept(fleet)
         fleet.reference = merge_references(limited, followed, wanted, motion)
-        reporting.note_failed_references(self.state, failed)
+        clock.tick = until
+        drivetrain.note_gears(self.state, by_driver, motion.gear)
 
     def _adopt(
         self,

@@ -1,0 +1,35 @@
+"""When a change of gear can end, so that a segment of the step ends there (XGV-70, XGV-71)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from xgv_cosim.actuation import Longitudinal
+from xgv_cosim.clock import CONTROL_TICK_S
+from xgv_cosim.fleet import Fleet, Setpoints
+
+_ROUNDING_TICKS = 1e-6
+"""The time under way is a sum of ticks; one this near to a whole tick is that tick."""
+
+
+def next_engagement(fleet: Fleet, wanted: Setpoints, tick: int, end: int) -> int:
+    """Return the first tick after ``tick`` on which a gear may be engaged, at most ``end``.
+
+    A shift that goes on undisturbed is engaged just then; one that begins or begins anew meanwhile is
+    engaged later, and is asked about again. So the clock stands on the tick of every engagement.
+
+    Args:
+        fleet: The fleet at ``tick``.
+        wanted: Setpoints of the segment that begins there.
+        tick: The present tick.
+        end: Where the segment ends otherwise.
+    """
+    shifts = (wanted.gear_wanted != fleet.motion.gear) & (wanted.longitudinal != Longitudinal.DRIVER)
+    if not shifts.any():
+        return end
+    limits = fleet.parameters
+    takes_s = limits.shift_standstill_s + limits.shift_delay_s - fleet.motion.shift_s
+    ticks = math.ceil(float(np.min(takes_s[shifts])) / CONTROL_TICK_S - _ROUNDING_TICKS)
+    return min(end, tick + max(1, ticks))
