@@ -21,6 +21,7 @@ _TEXTS = {
     "without_drive": "nothing drives it from {t_s:g} s on: {after}",
     "no_command": "nobody commands it from {t_s:g} s on",
     "stack_failed": "the stack failed at {t_s:g} s",
+    "stops_ignored": "the computer does not keep the stops that SUMO's demand has for it",
     "controller_failed": "the controller failed at {t_s:g} s",
 }
 
@@ -31,7 +32,12 @@ def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
     if scenario.bind and not any(event.kind == "bound" for event in events):
         lines.append("no vehicle was bound: no row of 'bind' matches a vehicle that has departed")
     lines += _unmet(scenario, events)
+    told: set[str] = set()
     for event in events:
+        if event.kind == "stops_ignored":
+            if event.vehicle in told:  # bound again, with the stops that are left
+                continue
+            told.add(event.vehicle)
         if event.kind in {"without_drive", "no_command"} and not _lasts(event, events):
             continue
         if event.kind in _TEXTS:

@@ -124,6 +124,8 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         f"driver {Driver(binding.driver).name.lower()}",
     )
     state.note(vehicle_id, "bound", after=binding.profile.name, reasons=words)
+    if stops := world.stops_of(vehicle_id):
+        state.note(vehicle_id, "stops_ignored", reasons=stops)
     commanding.copy_endpoint(state, vehicle)
     requests.meet_injections(state, vehicle)
 

@@ -55,6 +55,10 @@ class World(Protocol):
         """Return who a vehicle is that is in the world now."""
         ...
 
+    def stops_of(self, vehicle_id: str) -> tuple[str, ...]:
+        """Return in words where its demand has a vehicle of the world stop, the next one first."""
+        ...
+
     def start(self) -> Snapshot:
         """Open the world and return its state before the first step.
 

@@ -82,6 +82,10 @@ class BareWorld:
     def traveller(self, vehicle_id: str) -> Traveller:
         return Traveller(vehicle_id, "xgv")
 
+    def stops_of(self, vehicle_id: str) -> tuple[str, ...]:
+        assert vehicle_id in self._there
+        return ()
+
     def start(self) -> Snapshot:
         return self._snapshot()
 

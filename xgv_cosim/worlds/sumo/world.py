@@ -158,6 +158,21 @@ class SumoWorld:
                 tuple(vehicle.getRoute(vehicle_id)),
             )
 
+    def stops_of(self, vehicle_id: str) -> tuple[str, ...]:
+        """Return in words where SUMO's demand has a vehicle stop that drives in SUMO now, the next one first.
+
+        Raises:
+            WorldError: SUMO has no such vehicle, or the world is closed.
+        """
+        session = self._open()
+        with session.failures():
+            return tuple(
+                f"stop at {stop.stoppingPlaceID}"
+                if stop.stoppingPlaceID
+                else f"stop on lane {stop.lane} at {stop.endPos:.1f} m"
+                for stop in session.engine.vehicle.getStops(vehicle_id)
+            )
+
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Take a vehicle of SUMO into the placement from the next step on.
 
