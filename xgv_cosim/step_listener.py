@@ -257,8 +257,11 @@ class Plugin:
                 present = frozenset(engine.vehicle.getIDList())  # after a failed step some may have gone
                 for vehicle_id in [name for name in self.vehicle_ids if name in present]:
                     self._simulation.world.release(vehicle_id)
-                self._hold.settle()
-            self._end("the plugin was detached", quietly=quietly)
+            try:
+                self._end("the plugin was detached", quietly=quietly)
+            finally:
+                if self._hold.engine is not None:
+                    self._hold.settle()  # after the world has taken back what is its own
         finally:
             self._hold.let_go()
 

@@ -24,6 +24,7 @@ from xgv_cosim.worlds.sumo.couplings import (
     Target,
     WorldDriver,
     enter,
+    let_drive,
 )
 from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.handover import HeadingEasing, SpeedEasing
@@ -142,8 +143,20 @@ class Bindings:
         self.headings.end(vehicle_id)
 
     def settle(self) -> None:
-        """Take back what eases hand-overs: SUMO goes on without us."""
+        """Leave nothing of ours behind: SUMO goes on without us.
+
+        What eases hand-overs is taken back, so cars beside their lane's centre are on it at once; ghosts go;
+        who is held (a wreck, a car off the road) is SUMO's driver's again.
+        """
         self._speed_easing.settle()
+        self.ghosts.drop_lost()
+        self.ghosts.show(())
+        present = set(self._engine.vehicle.getIDList())
+        self._easing.settle(present)
+        for target in self._held.values():
+            if target.vehicle_id in present:
+                let_drive(self._engine, target)
+        self._held.clear()
 
     def after_step(self) -> None:
         """Set right what SUMO's step has left, before anybody reads it."""

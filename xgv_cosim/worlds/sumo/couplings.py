@@ -27,6 +27,8 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from xgv_cosim.worlds.sumo.frames import angle_to_sumo
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from xgv_cosim.worlds.sumo.engine import Engine
 
 ALL_SPEED_CHECKS = 31
@@ -38,8 +40,12 @@ SUMO_GOVERNS_SPEED = -1.0
 
 KEEP_ROUTE_AND_POSE = 3
 """``moveToXY``: the exact pose even off the road, and the route is kept whatever lane lies beneath."""
+KEEP_ROUTE = 1
+"""``moveToXY``: onto the nearest lane of the route."""
 MATCH_THRESHOLD_M = 5.0
 """How far ``moveToXY`` looks for a lane; the cost grows with it."""
+ANYWHERE_M = 1e4
+"""Likewise, for a vehicle that has to be on some lane."""
 
 EASING_RATE_MPS = 0.5
 """How fast the world's driver brings a car back to the centre of its lane."""
@@ -217,6 +223,27 @@ def enter(engine: Engine, vehicle_id: str, coupling: Coupling, before: Coupling 
         engine.vehicle.setSpeed(vehicle_id, SUMO_GOVERNS_SPEED)
 
 
+def let_drive(engine: Engine, held: Target) -> None:
+    """Give a vehicle that was held to SUMO's driver, off the road on the nearest lane of its route."""
+    vehicle = engine.vehicle
+    vehicle.setSpeedMode(held.vehicle_id, ALL_SPEED_CHECKS)
+    vehicle.setLaneChangeMode(held.vehicle_id, OWN_LANE_CHANGES)
+    vehicle.setSpeed(held.vehicle_id, SUMO_GOVERNS_SPEED)
+    if vehicle.getLaneID(held.vehicle_id):
+        vehicle.setLateralLanePosition(held.vehicle_id, 0.0)
+        return
+    vehicle.moveToXY(
+        held.vehicle_id,
+        "",
+        -1,
+        held.front_x_m,
+        held.front_y_m,
+        angle_to_sumo(held.heading_rad),
+        KEEP_ROUTE,
+        ANYWHERE_M,
+    )
+
+
 @dataclass(slots=True)
 class LateralEasing:
     """Brings vehicles that the world's driver steers to the centre of their lane, at a bounded rate."""
@@ -232,6 +259,13 @@ class LateralEasing:
     def end(self, vehicle_id: str) -> None:
         """The computer takes the wheel, or the vehicle is gone."""
         self._offsets_m.pop(vehicle_id, None)
+
+    def settle(self, present: Collection[str]) -> None:
+        """Have all who are there at the centre: nobody will move them on."""
+        for vehicle_id in self._offsets_m:
+            if vehicle_id in present:
+                self.engine.vehicle.setLateralLanePosition(vehicle_id, 0.0)
+        self._offsets_m.clear()
 
     def is_under_way(self, vehicle_id: str) -> bool:
         """Return whether a vehicle is not at the centre yet."""

@@ -112,9 +112,12 @@ class Ghosts:
         route = GHOST_PREFIX + edge
         if route not in self._routes:
             self._routes.add(route)
-            self.engine.route.add(route, [edge])
+            if route not in self.engine.route.getIDList():  # SUMO keeps what an earlier plugin has added
+                self.engine.route.add(route, [edge])
+        loaded = frozenset(vehicle.getLoadedIDList())
+        while (ghost := f"{GHOST_PREFIX}{self._made + 1}:{reach.owner}") in loaded:
+            self._made += 1
         self._made += 1
-        ghost = f"{GHOST_PREFIX}{self._made}:{reach.owner}"
         vehicle.add(ghost, route, typeID=self._type(vehicle.getTypeID(reach.owner)))
         vehicle.setSpeedMode(ghost, NO_SPEED_CHECKS)
         vehicle.setLaneChangeMode(ghost, NO_LANE_CHANGES)
@@ -127,7 +130,8 @@ class Ghosts:
         if of_owner not in self._types:
             own = self._types[of_owner] = GHOST_PREFIX + of_owner
             types = self.engine.vehicletype
-            types.copy(of_owner, own)
+            if own not in types.getIDList():
+                types.copy(of_owner, own)
             types.setSpeedDeviation(own, 0.0)
             types.setColor(own, (0, 0, 0, 0))
         return self._types[of_owner]

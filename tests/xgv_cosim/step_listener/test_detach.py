@@ -1,0 +1,124 @@
+"""What the plugin leaves in a script's simulation: nothing, whatever its vehicles were doing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import xgv_cosim
+from tests.xgv_cosim.step_listener.conftest import Script
+from tests.xgv_cosim.step_listener.scripts import command
+from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
+from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
+
+
+def shift_left(plugin: xgv_cosim.Plugin, by_m: float) -> None:
+    """Move the bound ``ego`` sideways."""
+    assert plugin._simulation is not None
+    fleet = plugin._simulation.fleet
+    slot = fleet.slot_of("ego")
+    heading = fleet.motion.heading_rad[slot]
+    fleet.motion.x_m[slot] -= np.sin(heading) * by_m
+    fleet.motion.y_m[slot] += np.cos(heading) * by_m
+
+
+def attach_to(script: Script, folder: Path, *vehicles: str) -> xgv_cosim.Plugin:
+    script.start(command(write_config(folder, "".join(vehicles), network("hello"))))
+    plugin = xgv_cosim.attach(script.module)
+    plugin.bind("ego")
+    return plugin
+
+
+def steps(script: Script, number: int) -> None:
+    for _ in range(number):
+        script.module.simulationStep()
+
+
+def ghosts_of(script: Script) -> list[str]:
+    return [name for name in script.module.vehicle.getIDList() if name.startswith(GHOST_PREFIX)]
+
+
+def test_detached_while_straddling_no_ghost_stays_and_another_plugin_can_follow(
+    script: Script, tmp_path: Path
+) -> None:
+    plugin = attach_to(script, tmp_path, car("ego", 400, 0, kind="xgv"), car("left", 330, 12, lane=1))
+    vehicle = script.module.vehicle
+    steps(script, 3)
+    shift_left(plugin, 1.2)
+    steps(script, 3)
+    assert len(ghosts_of(script)) == 1
+    plugin.detach()
+    steps(script, 1)
+    assert ghosts_of(script) == []
+    assert vehicle.getLateralLanePosition("ego") == pytest.approx(0.0, abs=1e-6)
+    steps(script, 120)
+    assert vehicle.getLanePosition("left") > 430.0  # nothing stands in its way
+    assert vehicle.getSpeed("ego") > 10.0
+    again = xgv_cosim.attach(script.module)
+    again.bind("ego")
+    steps(script, 3)
+    shift_left(again, 1.2)
+    steps(script, 3)
+    assert len(ghosts_of(script)) == 1
+    again.detach()
+
+
+def test_ghosts_that_somebody_has_left_are_no_obstacle_to_new_ones(script: Script, tmp_path: Path) -> None:
+    """A script that loads a saved state has the ghosts of the time of saving, their types and routes."""
+    plugin = attach_to(script, tmp_path, car("ego", 400, 0, kind="xgv"))
+    module = script.module
+    module.route.add(f"{GHOST_PREFIX}road", ["road"])
+    module.vehicletype.copy("xgv", f"{GHOST_PREFIX}xgv")
+    module.vehicle.add(f"{GHOST_PREFIX}1:ego", f"{GHOST_PREFIX}road", typeID=f"{GHOST_PREFIX}xgv")
+    steps(script, 3)
+    shift_left(plugin, 1.2)
+    steps(script, 3)
+    assert sorted(ghosts_of(script)) == [f"{GHOST_PREFIX}1:ego", f"{GHOST_PREFIX}2:ego"]
+    plugin.detach()
+    steps(script, 1)
+    assert ghosts_of(script) == [f"{GHOST_PREFIX}1:ego"]
+
+
+def test_detached_after_a_crash_both_drive_on(script: Script, tmp_path: Path) -> None:
+    vehicles = (car("ego", 400, 10, kind="xgv"), car("left", 398, 10, lane=1), car("back", 300, 10, lane=1))
+    plugin = attach_to(script, tmp_path, *vehicles)
+    vehicle = script.module.vehicle
+    steps(script, 10)
+    shift_left(plugin, 2.0)
+    steps(script, 10)
+    assert {event.vehicle for event in plugin.events if event.kind == "crashed"} == {"ego", "left"}
+    assert vehicle.getSpeedMode("left") == 0
+    plugin.detach()
+    assert [(vehicle.getSpeedMode(name), vehicle.getLaneChangeMode(name)) for name in ("ego", "left")] == [
+        (31, 1621)
+    ] * 2
+    steps(script, 200)
+    assert ghosts_of(script) == []
+    for name in ("ego", "left", "back"):
+        assert vehicle.getSpeed(name) > 10.0, name
+
+
+@pytest.mark.parametrize("released_before", [False, True])
+def test_detached_off_the_road_sumo_drives_on_from_the_nearest_lane(
+    script: Script, tmp_path: Path, released_before: bool
+) -> None:
+    plugin = attach_to(script, tmp_path, car("ego", 400, 10, kind="xgv"))
+    vehicle = script.module.vehicle
+    steps(script, 10)
+    shift_left(plugin, -8.0)
+    steps(script, 2)
+    assert vehicle.getLaneID("ego") == ""
+    if released_before:
+        plugin.release("ego")
+        steps(script, 5)
+    at_m = vehicle.getPosition("ego")
+    plugin.detach()
+    steps(script, 1)
+    assert vehicle.getLaneID("ego") == "road_0"
+    assert np.hypot(*np.subtract(vehicle.getPosition("ego"), at_m)) < 10.0
+    assert vehicle.getLateralLanePosition("ego") == pytest.approx(0.0, abs=1e-6)
+    steps(script, 100)
+    assert vehicle.getSpeed("ego") > 10.0
+    assert script.module.vehicle.getTeleportingIDList() == ()
