@@ -31,6 +31,8 @@ def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
     lines = []
     if scenario.bind and not any(event.kind == "bound" for event in events):
         lines.append("no vehicle was bound: no row of 'bind' matches a vehicle that has departed")
+    if not scenario.bind and not any(event.kind == "bound" for event in events):
+        lines.append("no vehicle is bound: there is no row of 'bind'; add one, or --bind VEHICLES")
     lines += _unmet(scenario, events)
     told: set[str] = set()
     for event in events:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
     from xgv_cosim.scenario.section import Section
 
+KEEP_STEP = "--keep-step"
+_LEAVE_OUT = f"leave {KEEP_STEP} out: then the step is {Scenario.model_fields['step_s'].default} s"
 FILE_NAME = "scenario.yaml"
 """Name of the scenario file in a scenario's folder."""
 
@@ -141,7 +143,7 @@ def examine_scenario(path_or_name: str | Path, additions: Additions | None = Non
     path, additions = find_scenario(path_or_name), additions or Additions()
     if path.suffix == SUFFIX:
         data = mapping_of_config(path, keep_step=additions.keep_step)
-        kept = [Override("--keep-step", ("step_s",), data["step_s"])] if additions.keep_step else []
+        kept = [Override(KEEP_STEP, ("step_s",), data["step_s"])] if additions.keep_step else []
         return _with_additions(data, path, "", Document(_shown(path)), additions, kept, located=False)
     if additions.keep_step:
         raise ScenarioError(
@@ -204,6 +206,9 @@ def find_scenario(path_or_name: str | Path) -> Path:
     if path.exists():
         return path
     siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+    if path.suffix == SUFFIX:
+        near = word_hint(path.name, siblings)
+        raise ScenarioError(f"no such file: {os.fspath(path)}{f' ({near})' if near else ''}")
     hint = word_hint(path.name, [*packaged, *siblings])
     raise ScenarioError(
         f"no scenario {str(path_or_name)!r}: neither a file or folder nor a packaged scenario"
@@ -252,7 +257,10 @@ def _examine(
         text = json.dumps(data, default=str)
         scenario = Scenario.model_validate_json(text, context={DISAGREEMENTS_LATER: True})
     except ValidationError as error:
-        found += problems_of(error, place_of_key, place_of_value)
+        found += [
+            replace(problem, hint=_LEAVE_OUT) if problem.place == KEEP_STEP else problem
+            for problem in problems_of(error, place_of_key, place_of_value)
+        ]
         wrong = {tuple(detail["loc"][:2]) for detail in error.errors(include_url=False)}
     for path, message in (*_disagreements(data, wrong), *_missing_stacks(data, wrong, source.folder)):
         found.append(Problem(message, dotted(path), place_of_value(path)))

@@ -40,6 +40,13 @@ def test_a_run_that_binds_nothing_says_so(tmp_path: Path) -> None:
     assert warnings == ["no vehicle was bound: no row of 'bind' matches a vehicle that has departed"]
 
 
+def test_a_run_without_rows_of_bind_says_so_in_one_line(tmp_path: Path) -> None:
+    overrides = ["duration_s=0.2", "expect=[]", "injections=[]", "bind=[]"]
+    result = xgv_cosim.run("hello", out=tmp_path / "out", set=overrides, report=False)
+    told = "no vehicle is bound: there is no row of 'bind'; add one, or --bind VEHICLES"
+    assert result.data["warnings"] == [told]
+
+
 @pytest.mark.parametrize(("ended_s", "is_told"), [(10.1, False), (11.0, False), (14.0, True), (None, True)])
 def test_a_car_that_stands_because_its_engine_is_off_is_told(ended_s: float | None, is_told: bool) -> None:
     """XGV-31: not where its stack started it at once; another car's engine says nothing of this one's."""

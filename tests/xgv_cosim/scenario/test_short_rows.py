@@ -127,7 +127,17 @@ def test_keep_step_takes_the_step_of_the_configuration(tmp_path: Path) -> None:
 def test_a_step_that_cannot_be_kept_names_the_option(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError) as raised:
         load_scenario(config(tmp_path, ""), keep_step=True)
-    assert raised.value.problems == ("--keep-step: step_s: got 1.0, expected 0.3 or less",)
+    assert raised.value.problems == (
+        "--keep-step: step_s: got 1.0, expected 0.3 or less (leave --keep-step out: then the step is 0.1 s)",
+    )
+
+
+def test_a_configuration_that_is_not_there_is_a_file_and_no_packaged_scenario(tmp_path: Path) -> None:
+    there = config(tmp_path, "")
+    for name, hint in (("my nett.sumocfg", f" (did you mean {there.name!r}?)"), ("zzzz.sumocfg", "")):
+        with pytest.raises(ScenarioError) as raised:
+            load_scenario(tmp_path / name)
+        assert str(raised.value) == f"no such file: {tmp_path / name}{hint}"
 
 
 def test_keep_step_has_no_meaning_for_a_scenario() -> None:
