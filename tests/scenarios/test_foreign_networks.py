@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 from collections import Counter
 from pathlib import Path
 
@@ -15,6 +18,7 @@ from xgv_cosim.snapshot import Snapshot
 
 A10KW = Path(sumo.__file__).parent / "tools" / "game" / "A10KW.sumocfg"
 COLOGNE8 = Path(sumo_rl.__file__).parent / "nets" / "RESCO" / "cologne8" / "cologne8.sumocfg"
+COMMAND = [sys.executable, "-c", "from xgv_cosim.cli import main; main()"]
 NARROWER_THAN_ITS_CIRCLE = frozenset({"135663_411_0", "146391_416_0"})
 """Cars of cologne8 whose route turns round within a street of two lanes: no car can without reversing."""
 
@@ -29,12 +33,23 @@ class Watch:
         self.ran_red: set[str] = set()
         self.contacts: set[tuple[str, str]] = set()
         self.bound: set[str] = set()
+        self.routes: dict[str, tuple[str, ...]] = {}
+        """Of each bound car the route with which it was bound."""
+        self.lost_routes: set[str] = set()
+        self.vanished: set[str] = set()
+        self.teleported: set[str] = set()
         self._waits: dict[str, tuple[str, str]] = {}
         """Of each car before a signal its lane and the signal's colour."""
 
     def look(self, snapshot: Snapshot) -> None:
+        self.vanished |= {name for name in self._run.vehicle_ids if name not in snapshot.index_of}
         names = [name for name in self._run.vehicle_ids if name in snapshot.index_of]
         self.bound.update(names)
+        self.teleported.update(snapshot.teleported)
+        for name in names:
+            route = self._run.world.traveller(name).edges
+            if route[-1] != self.routes.setdefault(name, route)[-1]:
+                self.lost_routes.add(name)
         around, road = self._run.world.surroundings(names), self._run.world.road
         for name, signal in zip(names, around.signals, strict=True):
             lane = int(snapshot.lane[snapshot.index_of[name]])
@@ -48,6 +63,14 @@ class Watch:
             if signal is not None and signal.line_m < 10.0 and not lane_id.startswith(":"):
                 self._waits[name] = lane_id, signal.colour
         self.contacts.update((contact.collider, contact.victim) for contact in snapshot.collisions)
+
+    def assert_nobody_is_lost(self) -> None:
+        """No bound car has vanished, lost its way or been teleported; whoever is gone has arrived."""
+        assert self.vanished == set()
+        assert self.lost_routes == set()
+        assert self.teleported & self.bound == set()
+        gone = [event for event in self._run.state.journal.events if event.kind == "released"]
+        assert {event.reasons for event in gone} == {("arrived",)}
 
 
 def watched(config: Path, seconds: float) -> tuple[Watch, Simulation]:
@@ -65,6 +88,7 @@ def test_300_seconds_of_a_motorway_and_its_ramps() -> None:
     # Two ramps cross on an edge of 7.8 m: who has to change lanes there leaves its end aslant for 0.3 s.
     assert max(watch.off_road.values(), default=0) <= 5
     assert watch.ran_red == set()
+    watch.assert_nobody_is_lost()
     assert len(run.state.released) > 50
     assert len([pair for pair in watch.contacts if set(pair) & watch.bound]) <= 2
 
@@ -75,6 +99,36 @@ def test_300_seconds_of_a_town() -> None:
     assert len(watch.bound) > 30
     assert {name for name, steps in watch.off_road.items() if steps > 5} <= NARROWER_THAN_ITS_CIRCLE
     assert watch.ran_red == set()
+    watch.assert_nobody_is_lost()
     assert len(run.state.released) > 15
     touched = [pair for pair in watch.contacts if set(pair) & (watch.bound - NARROWER_THAN_ITS_CIRCLE)]
     assert len(touched) <= 1
+
+
+@pytest.mark.slow
+def test_the_town_from_the_command_line(tmp_path: Path) -> None:
+    """No scenario file; the times count from 25200 s, and every contact stands in the result."""
+    folder = tmp_path / "run"
+    arguments = [
+        "--bind",
+        "share=0.25",
+        "--inject",
+        "*@31.5 estop_pause duration_s=5",
+        "--set",
+        "duration_s=300",
+    ]
+    ran = subprocess.run(
+        [*COMMAND, "run", str(COLOGNE8), *arguments, "--out", str(folder), "--quiet"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (ran.returncode, ran.stderr) == (0, "")
+    result = json.loads((folder / "result.json").read_text())
+    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    paused = [event for event in events if event["kind"] == "injection" and event["to"] == "estop_pause"]
+    assert len(paused) >= 5
+    assert {event["t_s"] for event in paused} == {31.5}
+    told = {frozenset((event["vehicle"], event["to"])) for event in events if event["kind"] == "collision"}
+    assert {frozenset((row["collider"], row["victim"])) for row in result["collisions"]} == told
+    assert [row for row in result["teleports"] if row["bound"]] == []
