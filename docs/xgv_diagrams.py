@@ -77,6 +77,10 @@ def component_status() -> str:
         component.finish_initialization()
         if component.status is not status:
             sometimes.setdefault((status, component.status), []).append("initialised")
+        failing = Component(component.address, status)
+        failing.fail()
+        if failing.status is not status:
+            sometimes.setdefault((status, failing.status), []).append("failed")
     (begins,) = set(XgvProfile().new_endpoint("documentation", 0.0).component_status.values())
     lines = ["stateDiagram-v2", '    state "any status" as any', f"    [*] --> {plain(begins)} : bound"]
     lines += [f"    any --> {plain(end)} : {' or '.join(commands)}" for end, commands in always.items()]

@@ -64,7 +64,8 @@ STATUS_TRANSITIONS: Mapping[tuple[ComponentStatus, StatusCommand], ComponentStat
     _status_transitions()
 )
 """Status after a permitted command (XGV-25). A pair that is absent has no effect: Resume acts in
-standby only, Standby in ready only."""
+standby only, Standby in ready only. Set and Clear Emergency act in every status, as in OpenJAUS: so Clear
+Emergency leads out of shutdown and failure too, and to standby from ready."""
 
 
 class Standing(Enum):
@@ -305,7 +306,10 @@ class Component:
         return self._enter(ComponentStatus.STANDBY) if self._status is ComponentStatus.INITIALIZE else []
 
     def fail(self) -> list[StatusOutcome]:
-        """Go to failure, from which Reset leads out; a component that is shut down stays so (XGV-21)."""
+        """Go to failure; a component that is shut down stays so (XGV-21).
+
+        Resume does not lead out of it. Reset does, and Set and Clear Emergency do, which act everywhere.
+        """
         return [] if self._status is ComponentStatus.SHUTDOWN else self._enter(ComponentStatus.FAILURE)
 
     def standing_of(self, sender: JausAddress, *, deputy: JausAddress | None = None) -> Standing:

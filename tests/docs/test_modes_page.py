@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from jaus.component import ComponentStatus
 from xgv_cosim.cli.modes import mode_words
 from xgv_cosim.injection import InjectionKind
 from xgv_cosim.vehicles.xgv.errors import ERRORS
@@ -92,3 +93,11 @@ def test_every_key_and_kind_has_a_meaning() -> None:
     for name, meaning in (("xgv keys", 3), ("safestop keys", 3), ("bind keys", 3), ("injections", 1)):
         rows = [line.strip("| ").split(" | ") for line in part(name).strip().splitlines()[2:]]
         assert [row[0] for row in rows if not row[meaning].strip()] == []
+
+
+def test_the_status_diagram_shows_every_status_and_how_each_is_entered_xgv_21() -> None:
+    """Failure too, which no command leads to: from all but shutdown, which stays."""
+    edges = re.findall(r"^    (\w+) --> (\w+) :", part("status diagram"), re.MULTILINE)
+    names = {status.name.lower() for status in ComponentStatus}
+    assert {after for _, after in edges} == names
+    assert {before for before, after in edges if after == "failure"} == names - {"failure", "shutdown"}

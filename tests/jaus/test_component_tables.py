@@ -229,7 +229,9 @@ def test_set_authority_must_fit_into_a_byte(authority: int) -> None:
 
 
 @pytest.mark.parametrize("status", ComponentStatus)
-def test_failure_is_entered_from_all_but_shutdown_and_left_by_reset_xgv_21(status: ComponentStatus) -> None:
+def test_failure_is_entered_from_all_but_shutdown_and_not_left_by_resume_xgv_21(
+    status: ComponentStatus,
+) -> None:
     component = in_status(status)
     outcomes = component.fail()
     if status is ComponentStatus.SHUTDOWN:
@@ -242,3 +244,14 @@ def test_failure_is_entered_from_all_but_shutdown_and_left_by_reset_xgv_21(statu
     assert component.status is ComponentStatus.FAILURE
     component.command_status(StatusCommand.RESET, ALICE)
     assert component.status is ComponentStatus.INITIALIZE
+
+
+@pytest.mark.parametrize("status", ComponentStatus)
+def test_emergency_is_set_and_cleared_in_every_status_xgv_25(status: ComponentStatus) -> None:
+    """As OpenJAUS does it: out of failure and shutdown as well, by anyone and by the controller."""
+    component = in_status(status)
+    component.command_status(StatusCommand.SET_EMERGENCY, BOB)
+    assert component.status is ComponentStatus.EMERGENCY
+    component = in_status(status)
+    component.command_status(StatusCommand.CLEAR_EMERGENCY, ALICE)
+    assert component.status is ComponentStatus.STANDBY

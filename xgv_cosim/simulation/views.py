@@ -40,7 +40,11 @@ def measured_motion(state: RunState) -> Motion:
 
 
 def send_observations(state: RunState, snapshot: Snapshot, world: World) -> None:
-    """Give each stack its view; it answers at the start of the next step. Who has none costs nothing."""
+    """Give each stack its view; it answers at the start of the next step. Who has none costs nothing.
+
+    In every mode: what a human drives is measured and reported all the same (XGV-03). Beside the modes it has
+    the status and the controller of both drivers, from which a client works the modes out itself (XGV-44).
+    """
     listening = [(vehicle, vehicle.link) for vehicle in state.vehicles if vehicle.link is not None]
     if not listening:
         return

@@ -1,4 +1,4 @@
-"""Every rule of the XGV is named by a test, and no test names a rule that does not exist."""
+"""Tests and sources name every rule of the XGV, and none that does not exist."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parents[2]
+SOURCES = [TESTS.parent / "xgv_cosim", TESTS.parent / "jaus"]
 _LISTS = tomllib.loads(Path(__file__).with_name("xgv_rules.toml").read_text(encoding="utf-8"))
 RULES: dict[str, str] = _LISTS["rules"]
 EXCUSED: dict[str, str] = _LISTS["excused"]
@@ -53,6 +54,22 @@ def helper_xgv_02() -> None:
 @pytest.mark.parametrize("rule", [rule for rule in RULES if rule not in EXCUSED])
 def test_a_test_names_the_rule(named: dict[str, set[str]], rule: str) -> None:
     assert rule in named, f"no test names {rule}: {RULES[rule]}"
+
+
+@pytest.fixture(scope="module")
+def implemented() -> set[str]:
+    """Return the rules that a source file names, each spelled out ("XGV-22 to 24" names 22 alone)."""
+    paths = [path for folder in SOURCES for path in folder.rglob("*.py")]
+    return {rule for path in paths for rule in re.findall(r"XGV-\d\d(?!\d)", path.read_text("utf-8"))}
+
+
+@pytest.mark.parametrize("rule", [rule for rule in RULES if rule not in EXCUSED])
+def test_the_source_names_the_rule(implemented: set[str], rule: str) -> None:
+    assert rule in implemented, f"no source file names {rule}: {RULES[rule]}"
+
+
+def test_the_source_names_no_unknown_rule(implemented: set[str]) -> None:
+    assert implemented - set(RULES) == set()
 
 
 @pytest.mark.parametrize("rule", EXCUSED)

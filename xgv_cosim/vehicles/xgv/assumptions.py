@@ -53,8 +53,9 @@ _READINGS = (
     _Reading(
         "XGV-25",
         "E",
-        "Resume acts in standby only; Standby in ready only; Clear Emergency leads to standby "
-        "from any status.",
+        "Resume acts in standby only; Standby in ready only. Set Emergency leads to emergency, Clear "
+        "Emergency to standby, from any status as in OpenJAUS: out of shutdown and failure too, and a car "
+        "that drives is paused by its controller's Clear Emergency.",
         ("component_status",),
     ),
     _Reading(
@@ -142,7 +143,9 @@ _READINGS = (
     _Reading(
         "XGV-50",
         "D",
-        "Software pause is reported as 2; the note gives 2 to 7 no further meaning.",
+        "Software pause is reported as 2, whatever its reason; 3 to 7 are read as the same. The note gives "
+        "2 to 7 no further meaning: sub-reasons on the wire (3 door, 4 error, 5 link, 6 steering, 7 "
+        "time-out) are not offered, since clients take 2 to 7 alike; the reasons are in the event log.",
         ("reported:software_pause",),
     ),
     _Reading(

@@ -29,8 +29,8 @@ CONTROL_READINGS = (
     Reading(
         "XGV-21",
         "D",
-        "When the car's own controllers fail (9156), the Motion Profile Driver goes to failure; Reset leads "
-        "out of it.",
+        "When the car's own controllers fail (9156), the Motion Profile Driver goes to failure. Reset or "
+        "Clear Emergency of its controller leads out of it; Resume does not.",
         ("controller_failed", "error:9156"),
     ),
     Reading(

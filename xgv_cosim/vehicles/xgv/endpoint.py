@@ -83,7 +83,7 @@ class XgvEndpoint:
 
     @property
     def ready_mode(self) -> ReadyMode:
-        """Return the ready mode (XGV-22 to 24)."""
+        """Return the ready mode (XGV-22, XGV-23, XGV-24)."""
         return self._modes.ready
 
     @property

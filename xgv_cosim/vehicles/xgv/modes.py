@@ -62,6 +62,8 @@ class ReadyMode(IntEnum):
 class SafetyMode(IntEnum):
     """Final operating state; wire codes of Report Vehicle Mode, field 4 (XGV-50).
 
+    The enumeration is that of the note's text, 1 to 11 without a gap: its damaged table hides none (XGV-54).
+
     The codes from 1 on rise with precedence, so the mode in force is the greatest active one.
     """
 
@@ -122,7 +124,11 @@ def resolve_control_mode(
 def resolve_ready_mode(
     control_mode: ControlMode, pd_status: ComponentStatus, mpd_status: ComponentStatus
 ) -> ReadyMode:
-    """Return the ready mode: all components that the control mode needs must be ready (XGV-22 to 24)."""
+    """Return the ready mode: all components that the control mode needs must be ready.
+
+    Wrench efforts need the Primitive Driver (XGV-22), motion profiles both drivers (XGV-23); all else is
+    software pause (XGV-24).
+    """
     pd_ready = pd_status is ComponentStatus.READY
     mpd_ready = mpd_status is ComponentStatus.READY
     if control_mode is ControlMode.WRENCH_EFFORTS and pd_ready:
@@ -174,6 +180,7 @@ def resolve_longitudinal(
 ) -> Longitudinal:
     """Return who governs speed (XGV-16, XGV-29 to 33, XGV-39).
 
+    The three ways of operating: free for the human, open loop and closed loop (XGV-02).
     In drive-by-wire before the first accepted command the car stops and holds (XGV-70).
     """
     if safety_mode is SafetyMode.ESTOP_DISABLE:

@@ -85,7 +85,7 @@ def ready_mode_reasons(
     profile_driver: Component,
     standby_reason: str = "",
 ) -> tuple[str, ...]:
-    """Return which of the needed components are not ready; empty when all are (XGV-22 to 24).
+    """Return which of the needed components are not ready; empty when all are (XGV-22, XGV-23, XGV-24).
 
     ``standby_reason`` says why the car itself has set them to standby, if it has (XGV-37, XGV-66).
     """

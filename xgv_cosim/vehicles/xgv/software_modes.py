@@ -29,7 +29,7 @@ class SoftwareModes:
         self.control = self.control_now()
         """The control mode (XGV-15)."""
         self.ready = self._ready_now()
-        """The ready mode (XGV-22 to 24)."""
+        """The ready mode (XGV-22, XGV-23, XGV-24)."""
 
     @property
     def are_ready(self) -> bool:

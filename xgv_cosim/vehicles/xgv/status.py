@@ -85,7 +85,7 @@ class DriverStatus:
         return _events(message.component, outcomes, f"{command} from {sender}")
 
     def fail(self, component_id: ComponentId, reason: str) -> list[EndpointEvent]:
-        """Put a component into failure; Reset leads out of it (XGV-21)."""
+        """Put a component into failure, from which Resume does not lead out (XGV-21)."""
         self._initialized_s.pop(component_id, None)
         self._await_command.discard(component_id)
         return _events(component_id, self._by_id[component_id].fail(), reason)

@@ -301,7 +301,7 @@ def test_who_drives_through_the_mpd_clears_a_strangers_emergency_on_the_pd_xgv_6
 
 @pytest.mark.parametrize("command", [StatusCommand.RESET, StatusCommand.SHUTDOWN])
 def test_reset_and_shutdown_of_the_pd_are_its_controllers_own_xgv_10(command: StatusCommand) -> None:
-    """No stranger can bring a PD that the MPD holds where only Reset leads out; the refusal names the way."""
+    """While the MPD holds the PD nobody outside resets it or shuts it down; the refusal names the way."""
     story = Story()
     story.say(*TO_MOTION)
     reason = refusal(story.say(CommandStatus(PD, command)))

@@ -79,6 +79,21 @@ def test_a_failure_outlasts_the_first_command_after_a_preemption_xgv_21_xgv_66()
     assert story.endpoint.component_status == {PD: ComponentStatus.READY, MPD: ComponentStatus.FAILURE}
 
 
+def test_clear_emergency_leads_out_of_a_failure_and_pauses_a_ready_driver_xgv_21_xgv_25() -> None:
+    """It acts in every status: the MPD that failed stands by again, and so does one that was ready."""
+    story = Story()
+    story.say(*TO_MOTION)
+    clear = CommandStatus(MPD, StatusCommand.CLEAR_EMERGENCY)
+    story.say(clear)
+    assert story.endpoint.component_status[MPD] is ComponentStatus.STANDBY
+    assert story.endpoint.ready_mode is ReadyMode.SOFTWARE_PAUSE
+    story.endpoint.raise_error(9156, 0.0)
+    assert "the Motion Profile Driver is in failure" in refusal(story.say(RESUME_MPD))
+    story.say(clear, RESUME_MPD)
+    assert story.endpoint.component_status[MPD] is ComponentStatus.READY
+    assert story.endpoint.device_bits == 128  # the error itself stays, and pauses (XGV-38)
+
+
 def test_a_failure_ends_an_initialisation_xgv_21() -> None:
     story = Story()
     story.say(*TO_MOTION, CommandStatus(MPD, StatusCommand.RESET))
