@@ -86,5 +86,7 @@ class Injection:
     """Error code, for kind ``error``."""
     transmitter: str = ""
     """Instead of vehicles: the transmitter of a wireless stop that is pressed, or loses its radio."""
+    selector: str = ""
+    """Whom ``matches`` chooses, and which row of a scenario says so, in words for messages."""
     condition: Condition | None = None
     """It begins for each vehicle by itself, once, when this holds; ``end_tick`` then tells how long for."""

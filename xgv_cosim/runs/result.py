@@ -47,6 +47,10 @@ class RunOutcome:
     """What ended it before its time, other than an error or an interrupt; empty: nothing."""
     num_steps: int = 0
     wall_s: float = 0.0
+    lane_ids: tuple[str, ...] | None = None
+    """The world's lanes, None as long as they are not known."""
+    rows_met: set[int] | None = None
+    """Rows of ``bind`` that have matched a vehicle, None where the run did not begin."""
     notes: tuple[str, ...] = ()
     """The traffic engine's own warnings."""
 
@@ -106,7 +110,7 @@ def result_of(
         "expectations": [
             {"text": row.expected, "status": row.outcome.value, "detail": row.seen} for row in expectations
         ],
-        "warnings": warnings_of(scenario, events),
+        "warnings": warnings_of(scenario, events, outcome.lane_ids, outcome.rows_met),
         "notes": list(outcome.notes),
         "assumptions": assumption_rows(scenario, events),
     }

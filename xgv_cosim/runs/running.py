@@ -15,7 +15,7 @@ from xgv_cosim.recording.disk import fail
 from xgv_cosim.runs.interrupts import InterruptsBetweenSteps
 from xgv_cosim.runs.lock import write_lock
 from xgv_cosim.runs.result import RunOutcome, RunResult, RunStatus, result_of, write_result
-from xgv_cosim.scenario.building import WindowOptions, build, named_vehicles, profile_of
+from xgv_cosim.scenario.building import ScenarioSimulation, WindowOptions, build, named_vehicles, profile_of
 from xgv_cosim.scenario.files import require_files
 from xgv_cosim.scenario.model import Scenario
 from xgv_cosim.simulation import Simulation
@@ -65,11 +65,13 @@ def run_scenario(
     outcome = RunOutcome(started_at=datetime.now(UTC))
     wanted = num_steps if num_steps is not None else steps_of(scenario)
     raised: Exception | None = None
-    simulation: Simulation | None = None
+    simulation: ScenarioSimulation | None = None
     try:
         simulation = build(scenario, (recorder, watch), window)
         with simulation:
-            recorder.use_road(simulation.world.road)
+            road = simulation.world.road
+            recorder.use_road(road)
+            outcome.lane_ids, outcome.rows_met = road.lane_ids, simulation.rows_met
             _advance(simulation, scenario, wanted, outcome, progress)
     except KeyboardInterrupt:
         outcome.status = RunStatus.INTERRUPTED

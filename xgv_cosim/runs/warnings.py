@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
 
+from xgv_cosim.condition import Condition
 from xgv_cosim.events import Event
 from xgv_cosim.scenario.model import Scenario
+from xgv_cosim.scenario.selection import in_words
 
 BRIEF_S = 1.0
 """A stack that sees its engine off starts it within this time; then nobody needs to be warned."""
@@ -26,14 +30,31 @@ _TEXTS = {
 }
 
 
-def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
-    """Return one line for each thing that had no effect or went wrong, each thing once."""
-    lines = []
-    if scenario.bind and not any(event.kind == "bound" for event in events):
+def warnings_of(
+    scenario: Scenario,
+    events: Sequence[Event],
+    lane_ids: Sequence[str] | None = None,
+    rows_met: Collection[int] | None = None,
+) -> list[str]:
+    """Return one line for each thing that had no effect or went wrong, each thing once.
+
+    Args:
+        scenario: What was run.
+        events: What happened.
+        lane_ids: The world's lanes, None where they are not known.
+        rows_met: Rows of ``bind`` that have matched a vehicle, None where that is not known.
+    """
+    lines = [
+        f"bind.{number}: no vehicle that has departed matches {in_words(row.vehicles)}"
+        f"{', but for those that earlier rows take' if number else ''}"
+        for number, row in enumerate(scenario.bind)
+        if rows_met is not None and number not in rows_met
+    ]
+    if scenario.bind and not lines and not any(event.kind == "bound" for event in events):
         lines.append("no vehicle was bound: no row of 'bind' matches a vehicle that has departed")
     if not scenario.bind and not any(event.kind == "bound" for event in events):
         lines.append("no vehicle is bound: there is no row of 'bind'; add one, or --bind VEHICLES")
-    lines += _unmet(scenario, events)
+    lines += _unmet(scenario, events, lane_ids)
     told: set[str] = set()
     for event in events:
         if event.kind == "stops_ignored":
@@ -49,19 +70,27 @@ def warnings_of(scenario: Scenario, events: Sequence[Event]) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-def _unmet(scenario: Scenario, events: Sequence[Event]) -> list[str]:
+def _unmet(scenario: Scenario, events: Sequence[Event], lane_ids: Sequence[str] | None) -> list[str]:
     """Return one line for each conditional injection whose condition no vehicle met."""
     met = {(event.after, event.reasons) for event in events if event.kind == "condition_met"}
     waited = [
-        (number, row.kind.value, row.when.condition().words())
+        (number, row.kind.value, row.when.condition())
         for number, row in enumerate(scenario.injections)
         if row.when is not None
     ]
     return [
-        f"injections.{number}: {kind} did not act: no vehicle met its condition ({', '.join(words)})"
-        for number, kind, words in waited
-        if (kind, words) not in met
+        f"injections.{number}: {kind} did not act: {_why_unmet(condition, lane_ids)}"
+        for number, kind, condition in waited
+        if (kind, condition.words()) not in met
     ]
+
+
+def _why_unmet(condition: Condition, lane_ids: Sequence[str] | None) -> str:
+    pattern = condition.lanes
+    if pattern is None or lane_ids is None or any(fnmatchcase(name, pattern) for name in lane_ids):
+        return f"no vehicle met its condition ({', '.join(condition.words())})"
+    near = get_close_matches(pattern, lane_ids, 1)
+    return f"the network has no lane {pattern}" + (f"; did you mean {near[0]!r}?" if near else "")
 
 
 def _lasts(begun: Event, events: Sequence[Event]) -> bool:

@@ -17,7 +17,7 @@ from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
 from xgv_cosim.scenario.model import Selector as VehicleSelector
 from xgv_cosim.scenario.script_rows import bind_row
 from xgv_cosim.scenario.sections import EnvironmentSection
-from xgv_cosim.scenario.selection import binding_of, matches
+from xgv_cosim.scenario.selection import binding_of, in_words, matches
 from xgv_cosim.scenario.stacks import new_link_of
 from xgv_cosim.simulation import Binding, Observer, Simulation
 from xgv_cosim.simulation.binding import Selector, StartKind
@@ -50,14 +50,16 @@ class ScenarioSimulation(Simulation):
     """
 
     def __init__(self, scenario: Scenario, world: World, observers: Sequence[Observer] = ()) -> None:
+        self.rows_met: set[int] = set()
+        """Indices of the rows of ``bind`` that have matched a vehicle."""
         self._environment = scenario.world.environment
         self._profile = profile_of(scenario)
         self._seed = scenario.seed
         self._folder = scenario.source.folder
         super().__init__(
             world,
-            selector_of(scenario, self._profile),
-            [injection_of(row, scenario.seed) for row in scenario.injections],
+            selector_of(scenario, self._profile, self.rows_met),
+            [injection_of(row, scenario.seed, number) for number, row in enumerate(scenario.injections)],
             step_s=scenario.step_s,
             observers=observers,
             contact=scenario.world.contact,
@@ -123,14 +125,27 @@ def profile_of(scenario: Scenario) -> XgvProfile:
     return XgvProfile(settings, scenario.seed)
 
 
-def selector_of(scenario: Scenario, profile: VehicleProfile) -> Selector:
-    """Return the function that says how each vehicle of the world is bound."""
+def selector_of(scenario: Scenario, profile: VehicleProfile, rows_met: set[int]) -> Selector:
+    """Return the function that says how each vehicle of the world is bound.
+
+    Args:
+        scenario: The scenario.
+        profile: Make of its vehicles.
+        rows_met: Where the indices of rows go that have matched a vehicle.
+    """
     environment, folder = scenario.world.environment, scenario.source.folder
-    made = {id(row): binding_from(row, profile, environment, folder) for row in scenario.bind}
+    made = {
+        id(row): (number, binding_from(row, profile, environment, folder))
+        for number, row in enumerate(scenario.bind)
+    }
 
     def select(who: Traveller) -> Binding | None:
         row = binding_of(scenario.bind, who, scenario.seed)
-        return None if row is None else made[id(row)]
+        if row is None:
+            return None
+        number, binding = made[id(row)]
+        rows_met.add(number)
+        return binding
 
     return select
 
@@ -178,8 +193,14 @@ def parameters_of(row: BindSection, environment: EnvironmentSection) -> VehicleP
     )
 
 
-def injection_of(row: InjectionSection, seed: int) -> Injection:
-    """Return one ``injections`` row on control ticks, its vehicles named or described."""
+def injection_of(row: InjectionSection, seed: int, number: int | None = None) -> Injection:
+    """Return one ``injections`` row on control ticks, its vehicles named or described.
+
+    Args:
+        row: The row.
+        seed: Seed of the scenario.
+        number: Its place in the scenario, for messages.
+    """
     begin = tick_at_or_after(row.begin_s)
     end = None if row.duration_s is None else tick_at_or_after(row.begin_s + row.duration_s)
     condition = None if row.when is None else row.when.condition()
@@ -192,7 +213,8 @@ def injection_of(row: InjectionSection, seed: int) -> Injection:
         return matches(selector, who, seed)
 
     named = named_vehicles(selector)
-    return Injection(begin, row.kind, named, chosen, end, row.code, condition=condition)
+    words = in_words(selector) + ("" if number is None else f" (injections.{number})")
+    return Injection(begin, row.kind, named, chosen, end, row.code, selector=words, condition=condition)
 
 
 def named_vehicles(selector: VehicleSelector | None) -> tuple[str, ...]:

@@ -32,6 +32,16 @@ def matches(selector: Selector, who: Traveller, seed: int) -> bool:
     return any(fnmatchcase(who.vehicle_id, pattern) for pattern in selector)
 
 
+def in_words(selector: Selector) -> str:
+    """Return a selector as its author could have written it with ``--bind``."""
+    if isinstance(selector, str):
+        return selector
+    if isinstance(selector, VehicleQuery):
+        given = selector.model_dump(exclude_none=True)
+        return ",".join(f"{key}={value}" for key, value in given.items())
+    return ",".join(selector)
+
+
 def _meets(query: VehicleQuery, who: Traveller, seed: int) -> bool:
     """Return whether all conditions hold that the query has."""
     if query.type is not None and not fnmatchcase(who.type_id, query.type):

@@ -74,10 +74,10 @@ class Devices:
                 edges += self.change(source, vehicle_id, injection.kind, injection.code, begins=begins)
         return edges
 
-    def chose_nobody(self, tick: int) -> list[InjectionKind]:
+    def chose_nobody(self, tick: int) -> list[Injection]:
         """Return the injections that began on ``tick`` and whose pattern chose no vehicle."""
         return [
-            injection.kind
+            injection
             for source, injection, begins in self._schedule.get(tick, [])
             if begins and not injection.transmitter and not self._chosen.get(source)
         ]

@@ -57,9 +57,10 @@ def apply_scheduled(state: RunState, world: World, tick: int) -> None:
         return
     bound = [vehicle.traveller for vehicle in state.vehicles]
     edges = state.devices.due(tick, bound)
-    for kind in state.devices.chose_nobody(tick):
-        reason = "its selector matches no vehicle that is bound now"
-        state.note("", "injection_without_vehicle", after=kind.value, reasons=(reason,))
+    for injection in state.devices.chose_nobody(tick):
+        whom = f"its selector {injection.selector}" if injection.selector else "its selector"
+        reason = f"{whom} matches no vehicle that is bound now"
+        state.note("", "injection_without_vehicle", after=injection.kind.value, reasons=(reason,))
     apply_edges(state, edges, world)
 
 

@@ -20,12 +20,13 @@ IDLE = [
     "bind.0.driver=rider",
     "injections=[{at_s: 0.5, vehicles: 'foo_*', kind: door}, {at_s: 1, vehicles: xgv_0, kind: reinit}]",
 ]
+NOBODY = "matches no vehicle that is bound now"
 
 
 def test_injections_without_effect_are_warnings(tmp_path: Path, capsys: object) -> None:
     result = xgv_cosim.run("hello", out=tmp_path / "out", set=IDLE)
     assert result.data["warnings"] == [
-        "injection door at 0.5 s did not act (its selector matches no vehicle that is bound now)",
+        f"injection door at 0.5 s did not act (its selector foo_* (injections.0) {NOBODY})",
         "xgv_0: injection reinit at 1 s did not act (profile xgv has no reinit)",
     ]
     assert "xgv_0: injection reinit at 1 s did not act" in (tmp_path / "out" / REPORT).read_text()
@@ -37,7 +38,31 @@ def test_a_run_that_binds_nothing_says_so(tmp_path: Path) -> None:
     overrides = ["duration_s=1", "expect=[]", "injections=[]", "bind.0.vehicles={type: nothing}"]
     xgv_cosim.run("hello", out=tmp_path / "out", set=overrides, report=False)
     warnings = json.loads((tmp_path / "out" / RESULT).read_text())["warnings"]
-    assert warnings == ["no vehicle was bound: no row of 'bind' matches a vehicle that has departed"]
+    assert warnings == ["bind.0: no vehicle that has departed matches type=nothing"]
+
+
+def test_rows_that_match_nobody_and_lanes_that_are_not_there_are_named(tmp_path: Path) -> None:
+    rows = [
+        "{at_s: 1, vehicles: {via: nowhere, type: xgv}, kind: door}",
+        "{when: {lane: raod_0}, vehicles: xgv_0, kind: door}",
+        "{when: {lane: road_1, position_above_m: 9000}, vehicles: xgv_0, kind: door}",
+    ]
+    overrides = ["duration_s=2", "expect=[]", f"injections=[{', '.join(rows)}]"]
+    bind = ["via=nowhere", "route=r_*,share=0.5", "type=bus*"]
+    out = tmp_path / "out"
+    result = xgv_cosim.run("hello", out=out, set=overrides, bind=bind, report=False)
+    first = len(load_scenario("hello").bind)
+    expected = [
+        f"bind.{number}: no vehicle that has departed matches {words}, but for those that earlier rows take"
+        for number, words in enumerate(("via=nowhere", "route=r_*,share=0.5", "type=bus*"), first)
+    ]
+    unmet = "no vehicle met its condition (on lane road_1, beyond 9000 m of the lane)"
+    assert result.data["warnings"] == [
+        *expected,
+        "injections.1: door did not act: the network has no lane raod_0; did you mean 'road_0'?",
+        f"injections.2: door did not act: {unmet}",
+        f"injection door at 1 s did not act (its selector type=xgv,via=nowhere (injections.0) {NOBODY})",
+    ]
 
 
 def test_a_run_without_rows_of_bind_says_so_in_one_line(tmp_path: Path) -> None:

@@ -134,7 +134,9 @@ def test_a_step_that_cannot_be_kept_names_the_option(tmp_path: Path) -> None:
 
 def test_a_configuration_that_is_not_there_is_a_file_and_no_packaged_scenario(tmp_path: Path) -> None:
     there = config(tmp_path, "")
-    for name, hint in (("my nett.sumocfg", f" (did you mean {there.name!r}?)"), ("zzzz.sumocfg", "")):
+    (tmp_path / "empty").mkdir()
+    near = f" (did you mean {there.name!r}?)"
+    for name, hint in (("my nett.sumocfg", near), ("empty/hello.sumocfg", "")):
         with pytest.raises(ScenarioError) as raised:
             load_scenario(tmp_path / name)
         assert str(raised.value) == f"no such file: {tmp_path / name}{hint}"
