@@ -105,6 +105,27 @@ def test_both_pauses_brake_as_set_from_the_edge_of_their_device_xgv_12_xgv_27_xg
 
 
 @pytest.mark.parametrize(
+    ("kind", "mode", "latency_s"),
+    [(InjectionKind.ESTOP_PAUSE, "estop_pause", 0.05), (InjectionKind.DOOR, "software_pause", 0.0)],
+)
+def test_both_pauses_brake_as_set_on_every_control_tick_xgv_12_xgv_27_xgv_28_xgv_36(
+    kind: InjectionKind, mode: str, latency_s: float
+) -> None:
+    """Nothing hides between the samples: 10 ms apart, each within 5 %, reported and from the speeds alike."""
+    stop = Stop(13.9, kind, latency_s=latency_s, decel_mps2=3.0, step_s=0.01)
+    onset_s = EDGE_S + latency_s
+    assert stop.modes() == [(pytest.approx(onset_s), mode)]
+    decels = stop.decels_mps2(onset_s)
+    assert len(decels) == pytest.approx((stop.edge_speed_mps - 0.5) / 3.0 * 100 - 30, abs=15)
+    np.testing.assert_allclose(decels, 3.0, rtol=0.05)
+    times, speeds = np.array(stop.times_s), np.array(stop.speeds_mps)
+    slowed = -np.diff(speeds) / 0.01
+    np.testing.assert_allclose(slowed[(times[1:] > onset_s + 0.3) & (speeds[1:] > 0.5)], 3.0, rtol=0.05)
+    expected = stop.edge_speed_mps**2 / 6.0 + stop.edge_speed_mps * (latency_s + RESPONSE_S)
+    assert abs(stop.way_m - expected) <= 0.01 * expected + 0.1
+
+
+@pytest.mark.parametrize(
     ("speed_mps", "decel_mps2", "latency_s", "step_s"),
     [
         (13.9, 2.5, 0.033, 0.1),
