@@ -14,6 +14,7 @@ import numpy as np
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Collision, Snapshot
+from xgv_cosim.worlds.levels import Levels
 
 OVERLAP = "overlap"
 """Kind of a contact that was found here."""
@@ -86,10 +87,12 @@ class Contacts:
     lane_ids: tuple[str, ...]
     """Names of the lanes, by their numbers."""
     places: tuple[frozenset[str], ...] = ()
-    """The junctions that each lane belongs to or leads between; empty: not known. Bodies on lanes without a
-    junction in common do not touch: one road leads over the other."""
+    """The junctions that each lane belongs to or leads between; empty: not known. Of bodies on lanes
+    without a junction in common ``levels`` tells whether one road leads over the other."""
     road: Road | None = None
     """The lanes, by whose direction the headings of the world's own drivers are judged; None: as they are."""
+    levels: Levels | None = None
+    """None: lanes without a junction in common are on different levels."""
     _roles: dict[frozenset[str], tuple[str, str]] = field(default_factory=dict)
     """(collider, victim) of every pair that has ever touched."""
 
@@ -107,7 +110,7 @@ class Contacts:
         )
         for one, other in self._overlapping(snapshot, snapshot.heading_rad, subjects):
             if self._askew_only(snapshot, one, other, bound_ids) or self._one_above_the_other(
-                int(snapshot.lane[one]), int(snapshot.lane[other])
+                snapshot, one, other
             ):
                 continue
             pair = frozenset((snapshot.ids[one], snapshot.ids[other]))
@@ -115,11 +118,18 @@ class Contacts:
                 found[pair] = self._contact(snapshot, one, other, pair)
         return tuple(found.values())
 
-    def _one_above_the_other(self, lane: int, other: int) -> bool:
-        """Return whether two lanes only cross on the map; off the road (-1) anything may be touched."""
-        if lane < 0 or other < 0 or not self.places:
+    def _one_above_the_other(self, snapshot: Snapshot, one: int, other: int) -> bool:
+        """Return whether two bodies touch only on the map; off the road anything may be touched."""
+        lanes = int(snapshot.lane[one]), int(snapshot.lane[other])
+        if min(lanes) < 0 or not self.places or not self.places[lanes[0]].isdisjoint(self.places[lanes[1]]):
             return False
-        return self.places[lane].isdisjoint(self.places[other])
+        if self.levels is None:
+            return True
+        rows = np.array([one, other], np.int64)
+        half_m, heading_rad = 0.5 * snapshot.length_m[rows], snapshot.heading_rad[rows]
+        x_m = float((snapshot.front_x_m[rows] - half_m * np.cos(heading_rad)).mean())
+        y_m = float((snapshot.front_y_m[rows] - half_m * np.sin(heading_rad)).mean())
+        return self.levels.are_apart((snapshot.ids[one], snapshot.ids[other]), lanes, x_m, y_m)
 
     def _askew_only(self, snapshot: Snapshot, one: int, other: int, bound_ids: Collection[str]) -> bool:
         """Return whether two bodies touch only because the engine turns one of its own too far.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from xgv_cosim.errors import WorldError
 from xgv_cosim.traveller import Traveller
 from xgv_cosim.worlds.contacts import Contacts
+from xgv_cosim.worlds.levels import Levels
 from xgv_cosim.worlds.sumo.bindings import Bindings
 from xgv_cosim.worlds.sumo.placed import as_placed
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
@@ -121,7 +122,9 @@ class SumoWorld:
         with session.failures():
             self._road = SumoRoad.read(session.engine)
             self._bindings = Bindings(session.engine, self._road, self._step_s, with_ghosts=self._with_ghosts)
-            self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road)
+            vehicle = session.engine.vehicle
+            levels = Levels(self._road.shapes, lambda name: float(vehicle.getPosition3D(name)[2]))
+            self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road, levels)
             self._own_colours: dict[str, tuple[int, int, int, int]] = {}
             self._reader = SnapshotReader(session, self._road)
             self._snapshot = self._reader.read(())
