@@ -14,6 +14,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import xgv_device_table as devices
 import xgv_diagrams as diagrams
 import xgv_tables as tables
 
@@ -32,6 +33,7 @@ PARTS: Mapping[str, Callable[[], str]] = {
     "status diagram": diagrams.component_status,
     "status commands": tables.status_commands,
     "permissions": tables.permissions,
+    "devices moved": devices.devices_moved,
     "injections": tables.injections,
     "operator actions": tables.operator_actions,
     "rearm words": tables.rearm_words,

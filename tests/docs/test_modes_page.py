@@ -101,3 +101,22 @@ def test_the_status_diagram_shows_every_status_and_how_each_is_entered_xgv_21() 
     names = {status.name.lower() for status in ComponentStatus}
     assert {after for _, after in edges} == names
     assert {before for before, after in edges if after == "failure"} == names - {"failure", "shutdown"}
+
+
+def test_the_table_of_devices_says_who_moves_what_xgv_09_xgv_31_xgv_34_xgv_41() -> None:
+    """A few cells, read from the note and not from the code."""
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in part("devices moved").splitlines()]
+    cells = {(row[0], row[1]): row[2:] for row in rows if len(row) > 1}
+    assert len(cells) == 2 + 2 * 3 + 4
+    assert cells["drive-by-wire", "no"][0] == "a controller, in wrench efforts"
+    assert cells["drive-by-wire", "yes"][0] == "-"
+    for pause in ("software pause", "e-stop pause"):
+        for human in ("no", "yes"):
+            gear, engine, _, release, signals = cells[pause, human]
+            assert gear == release == "-"
+            assert engine.startswith("anyone; with ")
+            assert signals == "anyone"
+        assert cells[pause, "no"][2].startswith("anyone; with ")
+        assert cells[pause, "yes"][2] == "-"
+    for mode in ("manual override", "emergency manual override", "e-stop disable", "inactive"):
+        assert cells[mode, "ignored"] == ["-"] * 5
