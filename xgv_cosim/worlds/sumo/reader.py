@@ -52,6 +52,8 @@ class SnapshotReader:
     _bodies: dict[str, Body] = field(default_factory=dict)
     _next_lanes: dict[str, tuple[int, int]] = field(default_factory=dict)
     """Of each bound vehicle its lane and the one that follows."""
+    _lanes_ahead: dict[str, tuple[int, tuple[int, ...]]] = field(default_factory=dict)
+    """Of each bound vehicle its lane and those along its route, as long as neighbours are read from lanes."""
     _present: frozenset[str] = frozenset()
     """Who was there in the snapshot before."""
 
@@ -74,6 +76,7 @@ class SnapshotReader:
         for vehicle_id in arrived:
             self._bodies.pop(vehicle_id, None)
             self._next_lanes.pop(vehicle_id, None)
+            self._lanes_ahead.pop(vehicle_id, None)
         ids: tuple[str, ...] = _vehicles(vehicle.getIDList())
         # SUMO's own list of departures lacks who came with a loaded state or returns from a teleport
         departed = tuple(vehicle_id for vehicle_id in ids if vehicle_id not in self._present)
@@ -87,7 +90,7 @@ class SnapshotReader:
         here = [name for name in bound_ids if name in index_of]
         # With a vehicle off the road SUMO follows a pointer to no lane in search of leaders, and crashes.
         if (lane < 0).any():
-            neighbours = self._neighbours_on_lanes(index_of, lane, lane_position_m, here)
+            neighbours = self._neighbours_on_lanes(index_of, lane, lane_position_m, here, owner_of)
         else:
             neighbours = self._neighbours(index_of, lane, here, owner_of)
         return Snapshot(
@@ -166,10 +169,23 @@ class SnapshotReader:
         return Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
 
     def _neighbours_on_lanes(
-        self, index_of: dict[str, int], lane: IntColumn, position_m: FloatColumn, bound_ids: Sequence[str]
+        self,
+        index_of: dict[str, int],
+        lane: IntColumn,
+        position_m: FloatColumn,
+        bound_ids: Sequence[str],
+        owner_of: Mapping[str, str],
     ) -> Neighbours:
-        """Return the same from positions alone: leaders along the lanes, followers in the own lane."""
-        traffic = LaneTraffic.of(self.road, lane, position_m)
+        """Return the same from positions alone: leaders along the routes, followers in the own lane."""
+        vehicle, number = self.session.engine.vehicle, self.road.index_of
+        ghosts = [(ghost, index_of[owner]) for ghost, owner in owner_of.items() if owner in index_of]
+        rows_of = [*range(len(index_of)), *(row for _, row in ghosts)]
+        """Of each body, ghosts last, the row of the vehicle that it belongs to."""
+        traffic = LaneTraffic.of(
+            self.road,
+            np.concatenate([lane, np.array([number[vehicle.getLaneID(g)] for g, _ in ghosts], np.int64)]),
+            np.concatenate([position_m, np.array([vehicle.getLanePosition(g) for g, _ in ghosts])]),
+        )
         next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
         leader_gap_m, follower_gap_m = (np.full(len(index_of), np.inf) for _ in range(2))
         names = tuple(index_of)
@@ -179,22 +195,38 @@ class SnapshotReader:
             if own < 0:
                 continue
             next_lane[row] = self._next_lane(vehicle_id, own)
-            ahead, onward = [own], int(next_lane[row])
-            while onward >= 0 and onward not in ahead and self.road.lengths_m[ahead[1:]].sum() < SIGHT_M:
-                ahead.append(onward)
-                onward = self.road.only_successor(onward)
+            ahead = self._way(vehicle_id, own)
             at_m = float(position_m[row])
             found, distance_m = traffic.ahead_on(ahead, at_m, row)
-            if found >= 0:
+            found = rows_of[found] if found >= 0 else -1
+            if found >= 0 and found != row:
                 gap_m = distance_m - self.body(names[found]).length_m
                 if gap_m <= SIGHT_M:
                     leader[row], leader_gap_m[row] = found, gap_m
             found, distance_m = traffic.behind_in_lane(own, at_m, row)
-            if found >= 0:
+            found = rows_of[found] if found >= 0 else -1
+            if found >= 0 and found != row:
                 gap_m = distance_m - self.body(vehicle_id).length_m
                 if gap_m <= SIGHT_M:
                     follower[row], follower_gap_m[row] = found, gap_m
         return Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
+
+    def _way(self, vehicle_id: str, lane: int) -> tuple[int, ...]:
+        """Return a vehicle's lane and those along its route, as far as it sees."""
+        known = self._lanes_ahead.get(vehicle_id)
+        if known is None or known[0] != lane:
+            vehicle = self.session.engine.vehicle
+            edges = iter(vehicle.getRoute(vehicle_id)[vehicle.getRouteIndex(vehicle_id) + 1 :])
+            way, onward, following = [lane], lane, next(edges, "")
+            while self.road.lengths_m[way[1:]].sum() < SIGHT_M:
+                onward = self.road.next_lane(onward, following)
+                if onward < 0:
+                    break
+                way.append(onward)
+                if self.road.edge_ids[onward] == following:
+                    following = next(edges, "")
+            known = self._lanes_ahead[vehicle_id] = (lane, tuple(way))
+        return known[1]
 
     def _next_lane(self, vehicle_id: str, lane: int) -> int:
         if lane < 0:
