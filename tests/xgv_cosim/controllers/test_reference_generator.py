@@ -198,6 +198,47 @@ def test_the_vehicle_that_ruckig_names_is_held_and_reported(
         np.testing.assert_allclose(mine[others], expected[others], rtol=0.0, atol=1e-9)
 
 
+def test_looking_ahead_names_the_failed_and_changes_no_motion_xgv_71() -> None:
+    reference, wanted = _spread(20, seed=11)
+    wanted.target_speed_mps[7] = np.nan
+    looks, plain, ahead = ReferenceGenerator(), ReferenceGenerator(), reference
+    for _ in range(3):
+        seen = looks.look_ahead(ahead, wanted)
+        assert np.flatnonzero(seen).tolist() == [7]
+        ahead, failed = looks.advance(ahead, wanted, 0.1)
+        assert failed.tolist() == seen.tolist()
+        reference, _ = plain.advance(reference, wanted, 0.1)
+        for mine, expected in zip(ahead, reference, strict=True):
+            np.testing.assert_array_equal(mine, expected)
+
+
+@pytest.mark.parametrize("refuses", [False, True])
+def test_advance_goes_on_with_what_the_look_ahead_has_calculated(
+    refuses: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether ruckig answers, or refuses and the closed form does."""
+    if refuses:
+        from ruckig import RuckigError
+
+        from xgv_cosim.controllers import references
+
+        class Refusing:
+            def __init__(self, num_dofs: int) -> None:
+                assert num_dofs == 40
+
+            def calculate(self, *_: object) -> None:
+                raise RuckigError("no")
+
+        monkeypatch.setattr(references, "Ruckig", Refusing)
+    reference, wanted = _spread(20, seed=12)
+    generator = ReferenceGenerator()
+    for _ in range(4):
+        assert not generator.look_ahead(reference, wanted).any()
+        calculated = generator.num_calculated
+        reference, _ = generator.advance(reference, wanted, 0.1)
+        assert generator.num_calculated == calculated
+
+
 def test_a_limit_of_zero_holds_the_axis_xgv_70() -> None:
     _, reference = driving(10.0, 2)
     reference.accel_mps2[:], reference.curvature_per_m[:] = 1.0, 0.02
