@@ -173,6 +173,36 @@ class SumoRoad:
         place = int(self.lane_ids[lane].rpartition("_")[2])
         return self._beside.get((self.edge_ids[lane], place + side), -1)
 
+    @cached_property
+    def _innermost(self) -> dict[str, int]:
+        """The leftmost lane of each edge between junctions."""
+        innermost: dict[str, int] = {}
+        for (edge_id, _), lane in sorted(self._beside.items()):
+            innermost[edge_id] = lane
+        return innermost
+
+    @cached_property
+    def _edges_between(self) -> dict[frozenset[str], tuple[str, ...]]:
+        """Junctions at the two ends -> the edges that lead between them."""
+        between: dict[frozenset[str], dict[str, None]] = {}
+        for edge_id, lane in self._innermost.items():
+            if self.junctions and len(self.junctions[lane]) == 2:
+                between.setdefault(self.junctions[lane], {})[edge_id] = None
+        return {ends: tuple(edges) for ends, edges in between.items()}
+
+    def oncoming(self, lane: int) -> tuple[int, ...]:
+        """Return the innermost lanes of the edges that lead back between the same two junctions."""
+        if not self.junctions or self.inside_junction[lane]:
+            return ()
+        start_m = self.shapes[lane][0]
+        found = []
+        for edge_id in self._edges_between.get(self.junctions[lane], ()):
+            innermost = self._innermost[edge_id]
+            shape = self.shapes[innermost]
+            if np.hypot(*(shape[-1] - start_m)) < np.hypot(*(shape[0] - start_m)):  # ends where this begins
+                found.append(innermost)
+        return tuple(found)
+
     def project(self, lane: int, x_m: FloatColumn, y_m: FloatColumn) -> tuple[FloatColumn, FloatColumn]:
         """Return (position, offset to the left) of points at the nearest place of one lane's centre line.
 

@@ -102,6 +102,11 @@ class Straddling:
                 Reach(name, reached, front_m, speed_mps)
                 for reached, front_m in self._reached(body, around, own, standing)
             ]
+            found += [
+                Reach(name, reached, front_m, max(-speed_mps, 0.0))
+                for reached, front_m in self._oncoming(body, around, standing)
+                if reached != now
+            ]
         self._last_lane.update(
             (placement.ids[number], int(lane[number])) for number in here if lane[number] >= 0
         )
@@ -125,13 +130,10 @@ class Straddling:
         for side in (0, 1, -1):
             lane = around if side == 0 else self.road.beside(around, side)
             while lane >= 0:
-                along_m, lateral_m = self.road.project(lane, body.points_m[:, 0], body.points_m[:, 1])
-                half_m = 0.5 * float(self.road.widths_m[lane])
-                front_m[lane] = abs(float(lateral_m[_FRONT])) - half_m
-                least_m = STAYS_M if (body.name, lane) in standing else APPEARS_M
-                inside = lateral_m.min() < half_m - least_m and lateral_m.max() > least_m - half_m
-                if inside and 0.0 < along_m.max() < self.road.lengths_m[lane]:
-                    reached[lane] = float(along_m.max())
+                inside, at_m, lateral_m = self._in(lane, body, standing)
+                front_m[lane] = abs(lateral_m) - 0.5 * float(self.road.widths_m[lane])
+                if inside and 0.0 < at_m < self.road.lengths_m[lane]:
+                    reached[lane] = at_m
                 if side == 0 or not inside:
                     break
                 lane = self.road.beside(lane, side)
@@ -139,6 +141,28 @@ class Straddling:
             nearest = min(front_m, key=lambda number: front_m[number])
             own = nearest if front_m[nearest] < 0.5 * body.width_m else -1  # SUMO's rule for "off the road"
         return [(lane, at_m) for lane, at_m in reached.items() if lane != own]
+
+    def _in(self, lane: int, body: _Body, standing: Collection[tuple[str, int]]) -> tuple[bool, float, float]:
+        """Return whether a body reaches into a lane, its foremost point there, and its front's offset."""
+        along_m, lateral_m = self.road.project(lane, body.points_m[:, 0], body.points_m[:, 1])
+        half_m = 0.5 * float(self.road.widths_m[lane])
+        least_m = STAYS_M if (body.name, lane) in standing else APPEARS_M
+        inside = bool(lateral_m.min() < half_m - least_m and lateral_m.max() > least_m - half_m)
+        return inside, float(along_m.max()), float(lateral_m[_FRONT])
+
+    def _oncoming(
+        self, body: _Body, around: int, standing: Collection[tuple[str, int]]
+    ) -> list[tuple[int, float]]:
+        """Return (lane, foremost point in its direction) of the oncoming lanes that a body reaches into.
+
+        SUMO keeps a vehicle on lanes of its route or on none: no driver there would see it.
+        """
+        found = []
+        for lane in self.road.oncoming(around) if around >= 0 else ():
+            inside, at_m, _ = self._in(lane, body, standing)
+            if inside and 0.0 < at_m < self.road.lengths_m[lane]:
+                found.append((lane, at_m))
+        return found
 
 
 def corners_m(
