@@ -63,10 +63,14 @@ def route_file() -> str:
     for number in range(3):
         depart_s = XGV_EVERY_S * number
         lines += [
-            f'    <vehicle id="xgv_{number}" type="xgv" route="north" depart="{depart_s:g}" departPos="200" '
-            'departSpeed="20"/>',
-            f'    <vehicle id="car_{number}" type="car" route="north" depart="{depart_s:g}" departPos="155" '
-            'departSpeed="20"/>',
+            (
+                f'    <vehicle id="xgv_{number}" type="xgv" route="north" depart="{depart_s:g}" departPos="200" '
+                'departSpeed="20"/>'
+            ),
+            (
+                f'    <vehicle id="car_{number}" type="car" route="north" depart="{depart_s:g}" departPos="155" '
+                'departSpeed="20"/>'
+            ),
         ]
     return "\n".join([*lines, "</routes>", ""])
 

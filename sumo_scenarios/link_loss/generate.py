@@ -26,7 +26,8 @@ def network_files() -> dict[str, str]:
         + '<nodes>\n    <node id="west" x="0.00" y="0.00"/>\n'
         + f'    <node id="east" x="{LENGTH_M:.2f}" y="0.00"/>\n</nodes>\n',
         "link_loss.edg.xml": HEADER
-        + f'<edges>\n    <edge id="road" from="west" to="east" numLanes="2" speed="{LIMIT_MPS}"/>\n</edges>\n',
+        + f'<edges>\n    <edge id="road" from="west" to="east" numLanes="2" speed="{LIMIT_MPS}"/>\n'
+        + "</edges>\n",
     }
 
 

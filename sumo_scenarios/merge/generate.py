@@ -1,6 +1,6 @@
 """Write the plain network and the traffic of ``merge``; see ``README.md`` beside it.
 
-A two-lane motorway; a ramp joins it from the right as a third lane (the acceleration lane) of 250 m that ends.
+A two-lane motorway; a ramp joins it from the right as a third lane, the acceleration lane, which ends.
 """
 
 from __future__ import annotations
@@ -59,10 +59,14 @@ def route_file() -> str:
         '           speedDev="0" color="1,0.5,0"/>',
         '    <route id="main" edges="before merging after"/>',
         '    <route id="from_ramp" edges="ramp merging after"/>',
-        '    <flow id="right" type="car" route="main" begin="0" end="90" period="4.3" departLane="0" '
-        'departSpeed="24"/>',
-        '    <flow id="left" type="car" route="main" begin="0" end="90" period="4.9" departLane="1" '
-        'departSpeed="26"/>',
+        (
+            '    <flow id="right" type="car" route="main" begin="0" end="90" period="4.3" departLane="0" '
+            'departSpeed="24"/>'
+        ),
+        (
+            '    <flow id="left" type="car" route="main" begin="0" end="90" period="4.9" departLane="1" '
+            'departSpeed="26"/>'
+        ),
         '    <flow id="ramp" type="car" route="from_ramp" begin="1" end="90" period="11" departSpeed="15"/>',
     ]
     departures: list[tuple[float, str]] = []
@@ -71,8 +75,10 @@ def route_file() -> str:
         departures.append(
             (
                 depart_s,
-                f'    <vehicle id="xgv_ramp_{number}" type="xgv" route="from_ramp" depart="{depart_s:g}" '
-                'departSpeed="15"/>',
+                (
+                    f'    <vehicle id="xgv_ramp_{number}" type="xgv" route="from_ramp" depart="{depart_s:g}" '
+                    'departSpeed="15"/>'
+                ),
             )
         )
     for number in range(NUM_MAIN_XGVS):
@@ -80,8 +86,10 @@ def route_file() -> str:
         departures.append(
             (
                 depart_s,
-                f'    <vehicle id="xgv_main_{number}" type="xgv" route="main" depart="{depart_s:g}" '
-                'departLane="0" departSpeed="24"/>',
+                (
+                    f'    <vehicle id="xgv_main_{number}" type="xgv" route="main" depart="{depart_s:g}" '
+                    'departLane="0" departSpeed="24"/>'
+                ),
             )
         )
     return "\n".join([*lines, *(row for _, row in sorted(departures)), "</routes>", ""])

@@ -43,7 +43,10 @@ def test_is_valid_by_model_and_by_schema_and_names_files_that_exist(name):
 
 
 def test_unknown_name_says_what_there_is():
-    with pytest.raises(LookupError, match=r"no packaged scenario 'helo'; there are: curve, freeway_estop, hello, link_loss, merge, urban_grid"):
+    with pytest.raises(
+        LookupError,
+        match=rf"no packaged scenario 'helo'; there are: {', '.join(NAMES)}",
+    ):
         sumo_scenarios.load("helo")
 
 
