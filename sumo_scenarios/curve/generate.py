@@ -61,17 +61,12 @@ def route_file() -> str:
         '    <flow id="oncoming" type="car" route="south" begin="0" end="100" period="9" departSpeed="20"/>',
     ]
     for number in range(3):
-        depart_s = XGV_EVERY_S * number
-        lines += [
-            (
-                f'    <vehicle id="xgv_{number}" type="xgv" route="north" depart="{depart_s:g}" departPos="200" '
-                'departSpeed="20"/>'
-            ),
-            (
-                f'    <vehicle id="car_{number}" type="car" route="north" depart="{depart_s:g}" departPos="155" '
-                'departSpeed="20"/>'
-            ),
-        ]
+        depart = f'depart="{XGV_EVERY_S * number:g}"'
+        for kind, position_m in (("xgv", 200), ("car", 155)):
+            lines.append(
+                f'    <vehicle id="{kind}_{number}" type="{kind}" route="north" {depart} '
+                f'departPos="{position_m}" departSpeed="20"/>'
+            )
     return "\n".join([*lines, "</routes>", ""])
 
 
