@@ -9,13 +9,13 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_
 
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.scenario.checks import disagreements
+from xgv_cosim.scenario.condition_section import ModeName
 from xgv_cosim.scenario.safestop_section import SafeStopSection
 from xgv_cosim.scenario.section import Section
 from xgv_cosim.scenario.sections import (
     BindSection,
     ExpectationSection,
     InjectionSection,
-    ModeName,
     Selector,
     SumoSection,
     VehicleQuery,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from xgv_cosim.worlds.sumo.blockers import bodies_in_the_way
 from xgv_cosim.worlds.sumo.network import SumoNetwork
 from xgv_cosim.worlds.sumo.routes import RoutePlan, Way, plan_route, way_along
 from xgv_cosim.worlds.sumo.traffic_lanes import LaneTraffic
+from xgv_cosim.worlds.sumo.ways import Line, Ways, lines_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,21 +54,6 @@ _SAME_M = 0.5
 """A body in the way counts when it is nearer than the leader by this much."""
 _BACK_M, _ONWARD_M = 3.0, 30.0
 """So far before and behind its last place on its way a vehicle off the road is looked for."""
-
-
-class Line(NamedTuple):
-    """A line on a way at which signals or others may have a say."""
-
-    at_m: float
-    """From the beginning of the way's first lane."""
-    exit_m: float
-    """Where the way leaves the junction behind it."""
-    part_end_m: float
-    """Where the next line inside the same junction is, or its exit."""
-    letter: str
-    signal: tuple[str, int] | None
-    lanes: frozenset[str]
-    """Names of the way's lanes from this line to the next."""
 
 
 @dataclass(slots=True)
@@ -117,7 +103,7 @@ class SurroundingsReader:
             else self._known.get(name, NOWHERE)
             for name, number in zip(vehicle_ids, lane.tolist(), strict=True)
         ]
-        ways = _Ways.of([entry.way for entry in known])
+        ways = Ways.of([entry.way for entry in known])
         for number in np.flatnonzero(~on_road & (ways.lanes[:, 0] >= 0)).tolist():
             position_m[number] = self._nearest_m(known[number], snapshot, int(rows[number]))
         positions = position_m.tolist()
@@ -170,7 +156,7 @@ class SurroundingsReader:
     def _nearest_m(self, entry: _Known, snapshot: Snapshot, row: int) -> float:
         """Return the place on its way nearest to a vehicle off the road, not far from the last one."""
         near_m = entry.here_m + np.arange(-_BACK_M, _ONWARD_M, 0.5)
-        lane, along_m = _Ways.of([entry.way]).at(near_m[None, :])
+        lane, along_m = Ways.of([entry.way]).at(near_m[None, :])
         points = self.road.points_ahead(lane[0], along_m[0], np.full(lane.shape[1], -1, np.int64))
         distance_m = np.hypot(points.x_m - snapshot.front_x_m[row], points.y_m - snapshot.front_y_m[row])
         return float(near_m[np.argmin(distance_m)])
@@ -209,7 +195,7 @@ class SurroundingsReader:
             before = limit
         return tuple(found)
 
-    def _preview(self, ways: _Ways, position_m: FloatColumn) -> tuple[FloatMatrix, FloatMatrix, FloatColumn]:
+    def _preview(self, ways: Ways, position_m: FloatColumn) -> tuple[FloatMatrix, FloatMatrix, FloatColumn]:
         """Return the points of the ways at ``PREVIEW_M`` and the heading at the first of them."""
         lane, along_m = ways.at(position_m[:, None] + PREVIEW_M)
         nowhere = np.full(lane.size, -1, np.int64)
@@ -223,7 +209,7 @@ class SurroundingsReader:
         snapshot: Snapshot,
         rows: IntColumn,
         position_m: FloatColumn,
-        ways: _Ways,
+        ways: Ways,
         traffic: LaneTraffic,
     ) -> tuple[FloatColumn, FloatColumn]:
         """Return (gap, speed) of who drives ahead: SUMO's answer, or the first along the way if nearer."""
@@ -358,86 +344,6 @@ class SurroundingsReader:
                 return False
             lane = before[0]
         return False
-
-
-def lines_of(road: SumoRoad, network: SumoNetwork, way: Way) -> tuple[Line, ...]:
-    """Return the lines on a way: before every junction, and inside it where one waits again."""
-    at: list[int] = []
-    for number in range(1, len(way.lanes)):
-        before, lane = way.lanes[number - 1], way.lanes[number]
-        link = next((link for link in network.links[before] if link.first == lane), None)
-        if link is not None and (network.is_internal[lane] or link.signal):
-            at.append(number)
-    found: list[Line] = []
-    for order, number in enumerate(at):
-        before, lane = way.lanes[number - 1], way.lanes[number]
-        link = next(link for link in network.links[before] if link.first == lane)
-        out = next((n for n in range(number, len(way.lanes)) if not network.is_internal[way.lanes[n]]), -1)
-        exit_m = way.starts_m[out] if out >= 0 else way.starts_m[-1] + float(road.lengths_m[way.lanes[-1]])
-        part_end = at[order + 1] if order + 1 < len(at) else len(way.lanes)
-        inner_end = min(part_end, out if out >= 0 else len(way.lanes))
-        part_end_m = way.starts_m[inner_end] if inner_end < len(way.lanes) else exit_m
-        found.append(
-            Line(
-                way.starts_m[number],
-                exit_m,
-                part_end_m,
-                link.letter,
-                link.signal,
-                frozenset(road.lane_ids[n] for n in way.lanes[number:inner_end]),
-            )
-        )
-    if network.is_internal[way.lanes[0]]:
-        out = next((n for n, lane in enumerate(way.lanes) if not network.is_internal[lane]), -1)
-        exit_m = way.starts_m[out] if out >= 0 else float(road.lengths_m[way.lanes[0]])
-        end_m = way.starts_m[1] if len(way.lanes) > 1 else exit_m
-        found.insert(0, Line(-1.0, exit_m, end_m, "M", None, frozenset((road.lane_ids[way.lanes[0]],))))
-    return tuple(found)
-
-
-class _LeftM(NamedTuple):
-    lane_end_m: FloatColumn
-    route_end_m: FloatColumn
-
-
-@dataclass(frozen=True, slots=True)
-class _Ways:
-    """The ways of all vehicles as columns, padded."""
-
-    lanes: IntColumn
-    """Shape ``(n, k)``, -1 past the end."""
-    starts_m: FloatMatrix
-    """Shape ``(n, k)``, ``inf`` past the end."""
-    end_m: FloatColumn
-    route_end_m: FloatColumn
-    changes: IntColumn
-
-    @classmethod
-    def of(cls, ways: Sequence[Way]) -> _Ways:
-        """Return the ways as columns."""
-        most = max((len(way.lanes) for way in ways), default=1)
-        lanes = np.full((len(ways), most), -1, np.int64)
-        starts_m = np.full((len(ways), most), np.inf)
-        for number, way in enumerate(ways):
-            lanes[number, : len(way.lanes)] = way.lanes
-            starts_m[number, : len(way.starts_m)] = way.starts_m
-        return cls(
-            lanes,
-            starts_m,
-            np.array([way.end_m for way in ways], np.float64),
-            np.array([way.route_end_m for way in ways], np.float64),
-            np.array([way.changes for way in ways], np.int64),
-        )
-
-    def at(self, distance_m: FloatMatrix) -> tuple[IntColumn, FloatMatrix]:
-        """Return lane and position on it at distances from the beginning of each way, shape ``(n, p)``."""
-        on = np.maximum((self.starts_m[:, None, :] <= distance_m[:, :, None]).sum(axis=-1) - 1, 0)
-        row = np.arange(len(self.lanes))[:, None]
-        return self.lanes[row, on], distance_m - self.starts_m[row, on]
-
-    def first_left_m(self, position_m: FloatColumn) -> _LeftM:
-        """Return how far the ends are from positions on the first lanes."""
-        return _LeftM(self.end_m - position_m, self.route_end_m - position_m)
 
 
 def _rounded_up_m(distance_m: float) -> float:
