@@ -74,7 +74,10 @@ def imported_modules(folder: Path) -> set[str]:
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_package_that_is_imported_is_declared(package: str) -> None:
     """What only another package happens to bring may go away with that package's next version."""
-    declared = {canonicalize_name(Requirement(line).name) for line in PROJECT["dependencies"]}
+    extras = [
+        line for name, lines in PROJECT["optional-dependencies"].items() if name != "dev" for line in lines
+    ]
+    declared = {canonicalize_name(Requirement(line).name) for line in [*PROJECT["dependencies"], *extras]}
     foreign = imported_modules(ROOT / package) - set(sys.stdlib_module_names) - set(PACKAGES)
     bringers = packages_distributions()  # knows nothing of wheels that list no modules, such as ruckig's
     undeclared = {

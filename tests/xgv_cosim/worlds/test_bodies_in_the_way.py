@@ -12,9 +12,9 @@ from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.surroundings import PREVIEW_M
 from xgv_cosim.worlds.sumo.blockers import bodies_in_the_way
 
-ROAD, JUNCTION, BRIDGE = 0, 1, 2
-INSIDE = np.array([False, True, True])
-PLACES = (frozenset("AB"), frozenset("B"), frozenset("C"))
+ROAD, JUNCTION, BRIDGE, FURTHER, NEXT_JUNCTION = 0, 1, 2, 3, 4
+INSIDE = np.array([False, True, True, False, True])
+PLACES = (frozenset("AB"), frozenset("B"), frozenset("C"), frozenset("BD"), frozenset("D"))
 
 
 def scene(
@@ -41,7 +41,7 @@ def ahead(snapshot: Snapshot, curvature_per_m: float = 0.0) -> tuple[float, floa
     x_m = PREVIEW_M if not curvature_per_m else np.sin(turned) / curvature_per_m
     y_m = 0.0 * PREVIEW_M if not curvature_per_m else (1.0 - np.cos(turned)) / curvature_per_m
     gap_m, speed_mps = bodies_in_the_way(
-        snapshot, np.array([0]), x_m[None, :], y_m[None, :], np.array([ROAD]), INSIDE, PLACES
+        snapshot, np.array([0]), x_m[None, :], y_m[None, :], np.array([[ROAD, FURTHER]]), INSIDE, PLACES
     )
     return float(gap_m[0]), float(speed_mps[0])
 
@@ -91,9 +91,33 @@ def test_who_is_off_the_road_counts_and_who_is_on_a_bridge_does_not() -> None:
     assert ahead(scene(20.0, 0.0, 0.0, lane=BRIDGE))[0] == np.inf
 
 
+def test_the_junction_beyond_a_short_edge_belongs_to_the_way() -> None:
+    assert ahead(scene(30.0, 0.0, 0.0, lane=NEXT_JUNCTION))[0] == pytest.approx(25.5)
+
+
+@pytest.mark.parametrize("length_m", [4.5, 7.1, 12.0, 16.5])
+@pytest.mark.parametrize("share", np.linspace(0.02, 0.98, 25).tolist())
+def test_a_body_across_the_way_is_seen_wherever_it_crosses(length_m: float, share: float) -> None:
+    """Also a bus whose corners are far from the lane."""
+    across = scene(20.0, share * length_m, np.pi / 2)
+    across = replace(across, length_m=np.array([4.5, length_m]), width_m=np.array([1.8, 2.5]))
+    assert ahead(across)[0] == pytest.approx(18.75, abs=0.01)
+
+
+def test_a_wide_body_that_comes_head_on_is_seen_between_its_corners() -> None:
+    wide = replace(scene(20.0, 0.0, np.pi), width_m=np.array([1.8, 2.55]))
+    assert ahead(wide)[0] == pytest.approx(20.0)
+
+
 def test_nobody_looks_or_nobody_is_there() -> None:
     nothing = np.zeros((0, PREVIEW_M.size))
     gap_m, speed_mps = bodies_in_the_way(
-        scene(20.0, 0.0, 0.0), np.zeros(0, np.int64), nothing, nothing, np.zeros(0, np.int64), INSIDE, PLACES
+        scene(20.0, 0.0, 0.0),
+        np.zeros(0, np.int64),
+        nothing,
+        nothing,
+        np.zeros((0, 2), np.int64),
+        INSIDE,
+        PLACES,
     )
     assert gap_m.size == speed_mps.size == 0

@@ -114,7 +114,7 @@ class SurroundingsReader:
         left_m = ways.first_left_m(position_m)
         leader_gap_m, leader_speed_mps = self._leaders(snapshot, rows, position_m, ways, traffic)
         blocked_m, blocker_mps = bodies_in_the_way(
-            snapshot, rows, way_x_m, way_y_m, lane, self.road.inside_junction, self.road.junctions
+            snapshot, rows, way_x_m, way_y_m, ways.lanes, self.road.inside_junction, self.road.junctions
         )
         blocked = blocked_m < leader_gap_m - _SAME_M
         leader_gap_m = np.where(blocked, blocked_m, leader_gap_m)
