@@ -64,9 +64,10 @@ class Observation:
     """Points of the centre line ahead along the route, through junctions, up to 190 m from the front bumper;
     in the vehicle's frame: x forward, y left. Off the road the way that was left; empty if none is known."""
     leader_gap_m: float
-    """Bumper to bumper, ``inf`` without a leader in sight."""
+    """Bumper to bumper, ``inf`` without a leader in sight; also to a body that stands or crosses inside a
+    junction, or off the road, and reaches into the way."""
     leader_speed_mps: float
-    """Speed of the leader; own speed without one."""
+    """Speed of the leader along the way; own speed without one."""
     safety_mode: str
     """``drive_by_wire``, ``software_pause`` and so on, as docs/modes.md names them."""
     reasons: tuple[str, ...]

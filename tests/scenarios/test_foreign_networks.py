@@ -35,21 +35,24 @@ class Watch:
         self.bound: set[str] = set()
         self.routes: dict[str, tuple[str, ...]] = {}
         """Of each bound car the route with which it was bound."""
-        self.lost_routes: set[str] = set()
+        self.lost_ways: set[str] = set()
         self.vanished: set[str] = set()
+        self._there: set[str] = set()
+        """Who was bound after the step before."""
         self.teleported: set[str] = set()
         self._waits: dict[str, tuple[str, str]] = {}
         """Of each car before a signal its lane and the signal's colour."""
 
     def look(self, snapshot: Snapshot) -> None:
-        self.vanished |= {name for name in self._run.vehicle_ids if name not in snapshot.index_of}
+        self.vanished |= self._there - set(snapshot.ids) - set(snapshot.arrived)
+        self._there = set(self._run.vehicle_ids)
         names = [name for name in self._run.vehicle_ids if name in snapshot.index_of]
         self.bound.update(names)
         self.teleported.update(snapshot.teleported)
         for name in names:
             route = self._run.world.traveller(name).edges
-            if route[-1] != self.routes.setdefault(name, route)[-1]:
-                self.lost_routes.add(name)
+            if route != self.routes.setdefault(name, route)[-len(route) :]:
+                self.lost_ways.add(name)
         around, road = self._run.world.surroundings(names), self._run.world.road
         for name, signal in zip(names, around.signals, strict=True):
             lane = int(snapshot.lane[snapshot.index_of[name]])
@@ -67,7 +70,7 @@ class Watch:
     def assert_nobody_is_lost(self) -> None:
         """No bound car has vanished, lost its way or been teleported; whoever is gone has arrived."""
         assert self.vanished == set()
-        assert self.lost_routes == set()
+        assert self.lost_ways == set()
         assert self.teleported & self.bound == set()
         gone = [event for event in self._run.state.journal.events if event.kind == "released"]
         assert {event.reasons for event in gone} == {("arrived",)}

@@ -95,9 +95,8 @@ def test_replay_is_identical_in_a_new_process(hello: Path) -> None:
 
 
 def test_replay_names_the_first_step_that_differs(hello: Path, tmp_path: Path) -> None:
-    """Another seed gives the same first steps only as long as nothing random happens."""
     other = tmp_path / "other"
-    xgv_cosim.run("hello", seed=4, out=other, report=False)
+    xgv_cosim.run("hello", seed=3, out=other, report=False)  # the seed of the record
     (other / LOCK).write_text((hello / LOCK).read_text().replace("at_s: 5.0", "at_s: 6.0"))
     outcome = replay(other)
     assert not outcome.identical

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from tests.xgv_cosim.simulation.conftest import Opener
+from xgv_cosim import simulate
 
 
 @pytest.mark.parametrize("coupling", ["free", "lane", "auto"])
@@ -65,3 +68,27 @@ def test_a_car_whose_time_as_a_bound_one_ends_off_the_road_stays_there(open_hell
     simulation.run_until(6.0)
     assert "xgv_0" not in simulation.vehicle_ids
     assert simulation.snapshot.lane[simulation.snapshot.index_of["xgv_0"]] == -1
+
+
+def test_a_parked_car_that_is_released_drives_on_by_itself(tmp_path: Path) -> None:
+    """SUMO has who is parked on no lane; its driver brings him back, if nobody holds him."""
+    network = Path(__file__).parents[3] / "sumo_scenarios" / "hello" / "hello.net.xml"
+    (tmp_path / "parked.rou.xml").write_text(
+        '<routes><vehicle id="ego" depart="0" departPos="10"><route edges="road"/>'
+        '<stop lane="road_0" endPos="60" duration="6" parking="true"/></vehicle></routes>'
+    )
+    config = tmp_path / "parked.sumocfg"
+    config.write_text(
+        f'<configuration><net-file value="{network}"/><route-files value="parked.rou.xml"/></configuration>'
+    )
+    with simulate(config, set=["duration_s=60"]) as run:
+        while not run.snapshot.ids or run.snapshot.lane[0] >= 0:
+            run.step()
+            assert run.now_s < 30.0
+        run.bind("ego", driver="world", stack="none")
+        run.step()
+        run.release("ego")
+        parked_m = float(run.snapshot.front_x_m[0])
+        run.run_until(run.now_s + 12.0)
+        assert run.snapshot.ids == ("ego",)
+        assert run.snapshot.front_x_m[0] > parked_m + 10.0

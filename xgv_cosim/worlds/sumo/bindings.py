@@ -116,10 +116,12 @@ class Bindings:
         """Leave a vehicle to SUMO's driver for good.
 
         Off the road SUMO drives nobody: it would keep the vehicle on its list of teleports and never bring
-        it back (measured). There the vehicle is held where it is until it is bound again.
+        it back (measured). There the vehicle is held where it is until it is bound again. Who is parked is
+        on no lane either, but SUMO's driver knows his way back.
         """
         row = now.index_of.get(vehicle_id)
         off_road = row is not None and now.lane[row] < 0
+        off_road = off_road and not self._engine.vehicle.isStoppedParking(vehicle_id)
         self._switch(vehicle_id, self.bound[vehicle_id], self._free if off_road else self._world_driver, now)
         del self.bound[vehicle_id]
         self._forget_lanes(vehicle_id)

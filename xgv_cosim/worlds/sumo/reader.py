@@ -88,10 +88,13 @@ class SnapshotReader:
         lane = np.array([number[vehicle.getLaneID(vehicle_id)] for vehicle_id in ids], np.int64)
         lane_position_m = np.array([vehicle.getLanePosition(vehicle_id) for vehicle_id in ids], np.float64)
         here = [name for name in bound_ids if name in index_of]
-        # With a vehicle off the road SUMO follows a pointer to no lane in search of leaders, and crashes.
-        if (lane < 0).any():
+        # With a vehicle off the road SUMO follows a pointer to no lane in search of leaders, and crashes;
+        # one that is parked is on no lane either, but nobody's business there.
+        on_no_lane = [ids[row] for row in np.flatnonzero(lane < 0).tolist()]
+        if any(not vehicle.isStoppedParking(vehicle_id) for vehicle_id in on_no_lane):
             neighbours = self._neighbours_on_lanes(index_of, lane, lane_position_m, here, owner_of)
         else:
+            self._lanes_ahead.clear()
             neighbours = self._neighbours(index_of, lane, here, owner_of)
         return Snapshot(
             time_s=round(simulation.getTime() - self.session.begin_s, 3),  # SUMO counts milliseconds
