@@ -35,7 +35,10 @@ def test_scenarios_json(xgv_cosim):
     code, out, err = xgv_cosim("scenarios", "--json")
     rows = json.loads(out)
     assert (code, err) == (0, "")
-    assert [row["name"] for row in rows] == ["freeway_estop", "hello"]
+    assert [row["name"] for row in rows] == [info.name for info in sumo_scenarios.list_scenarios()]
+    assert {"curve", "freeway_estop", "hello", "link_loss", "merge", "urban_grid"} == {
+        row["name"] for row in rows
+    }
     assert set(rows[0]) == {"name", "description", "command", "folder"}
 
 

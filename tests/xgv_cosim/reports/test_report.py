@@ -223,7 +223,11 @@ def test_collisions_and_teleports_are_listed(copy_of: Callable[..., Path]) -> No
         "position_m": 512.25,
     }
     folder = copy_of(
-        "trajectory.parquet", collisions=[contact], teleports=[{"t_s": 11.0, "vehicle": "car_9"}]
+        "trajectory.parquet",
+        collisions=[contact],
+        teleports=[
+            {"t_s": 11.0, "vehicle": "car_9", "bound": False, "place": "lane e_0 at 3.0 m", "why": ""}
+        ],
     )
     text = " ".join(read(write_report(folder))[1].text.split())
     assert "9.5 s" in text
