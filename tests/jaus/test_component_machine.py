@@ -28,22 +28,9 @@ from jaus.component import (
     StatusCommand,
     StatusCommandRefused,
 )
+from tests.jaus.status_words import status_in_words
 
 CLIENTS = [JausAddress(1, node, 4, 1) for node in (2, 3, 4)]
-
-
-def status_in_words(status: ComponentStatus, command: StatusCommand) -> ComponentStatus:
-    """XGV-21, XGV-25 and RA 3.3, written apart from the table: what a permitted command makes of a status."""
-    if command is StatusCommand.RESUME:
-        return ComponentStatus.READY if status is ComponentStatus.STANDBY else status
-    if command is StatusCommand.STANDBY:
-        return ComponentStatus.STANDBY if status is ComponentStatus.READY else status
-    return {
-        StatusCommand.SHUTDOWN: ComponentStatus.SHUTDOWN,
-        StatusCommand.RESET: ComponentStatus.INITIALIZE,
-        StatusCommand.SET_EMERGENCY: ComponentStatus.EMERGENCY,
-        StatusCommand.CLEAR_EMERGENCY: ComponentStatus.STANDBY,
-    }[command]
 
 
 class ComponentConversation(RuleBasedStateMachine):

@@ -25,6 +25,7 @@ from jaus.component import (
     StatusCommandRefused,
 )
 from jaus.errors import LocalProtocolError
+from tests.jaus.status_words import status_in_words
 
 OWN = JausAddress(1, 1, 33, 1)
 ALICE = JausAddress(1, 2, 4, 1)
@@ -120,27 +121,13 @@ def test_authority_must_fit_into_a_byte(authority: int) -> None:
         Component(OWN).request_control(ALICE, authority)
 
 
-def expected_status(status: ComponentStatus, command: StatusCommand) -> ComponentStatus:
-    """XGV-25 and RA 3.3 in words, written apart from the table."""
-    if command is StatusCommand.RESUME:
-        return ComponentStatus.READY if status is ComponentStatus.STANDBY else status
-    if command is StatusCommand.STANDBY:
-        return ComponentStatus.STANDBY if status is ComponentStatus.READY else status
-    return {
-        StatusCommand.SHUTDOWN: ComponentStatus.SHUTDOWN,
-        StatusCommand.RESET: ComponentStatus.INITIALIZE,
-        StatusCommand.SET_EMERGENCY: ComponentStatus.EMERGENCY,
-        StatusCommand.CLEAR_EMERGENCY: ComponentStatus.STANDBY,
-    }[command]
-
-
 @pytest.mark.parametrize(("status", "command"), list(product(ComponentStatus, StatusCommand)))
 def test_every_status_command_of_the_controller_xgv_25(
     status: ComponentStatus, command: StatusCommand
 ) -> None:
     component = in_status(status)
     outcomes = component.command_status(command, ALICE)
-    after = expected_status(status, command)
+    after = status_in_words(status, command)
     assert component.status is after
     assert outcomes == ([] if after is status else [StatusChanged(status, after)])
     assert STATUS_TRANSITIONS.get((status, command), status) is after
@@ -171,7 +158,7 @@ def test_who_may_command_the_status_xgv_10_xgv_63(
     outcomes = component.command_status(command, sender, deputy=DEPUTY)
     assert PERMITTED_STATUS_COMMANDS[standing] == permitted
     if command in permitted:
-        assert component.status is expected_status(ComponentStatus.READY, command)
+        assert component.status is status_in_words(ComponentStatus.READY, command)
     else:
         assert outcomes == [StatusCommandRefused(command, standing)]
         assert component.status is ComponentStatus.READY
@@ -184,7 +171,7 @@ def test_without_controller_anyone_commands_but_clears_no_emergency_xgv_63(comma
     expected = (
         ComponentStatus.EMERGENCY
         if command is StatusCommand.CLEAR_EMERGENCY
-        else expected_status(ComponentStatus.EMERGENCY, command)
+        else status_in_words(ComponentStatus.EMERGENCY, command)
     )
     assert component.status is expected
 

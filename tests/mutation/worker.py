@@ -25,9 +25,9 @@ from types import ModuleType
 import hypothesis
 import hypothesis.stateful
 import numba  # noqa: F401 - imported here, so that no mutant's process has to; likewise below
-import numpy as np  # noqa: F401
+import numpy as np  # noqa: F401 - loaded before the fork, for every mutant
 import pytest
-import ruckig  # noqa: F401
+import ruckig  # noqa: F401 - loaded before the fork, for every mutant
 
 OPTIONS = (
     *("-x", "-q", "--no-header", "--tb=no", "-p", "no:cacheprovider"),

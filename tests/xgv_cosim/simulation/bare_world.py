@@ -97,10 +97,10 @@ class BareWorld:
         assert vehicle_id in self._cars
 
     def set_coupling(self, vehicle_id: str, coupling: CouplingKind) -> None:
-        raise NotImplementedError
+        raise AssertionError("no simulation over this world has reason to ask for it")
 
     def immobilise(self, vehicle_id: str) -> None:
-        raise NotImplementedError
+        raise AssertionError("no simulation over this world has reason to ask for it")
 
     def step(self, placement: Placement) -> Snapshot:
         self._steps += 1

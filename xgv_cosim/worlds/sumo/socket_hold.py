@@ -102,10 +102,10 @@ class SocketHold:
             for other in self.everybody
         )
 
-    def _awaits(self, connection: Any) -> bool:  # noqa: ANN401
+    def _awaits(self, connection: Any) -> bool:  # noqa: ANN401 - traci carries no types
         return self._label is not None and connection._label == self._label
 
-    def _take(self, connection: Any) -> None:  # noqa: ANN401
+    def _take(self, connection: Any) -> None:  # noqa: ANN401 - traci carries no types
         if self._is_taken(connection):
             raise WorldError("this connection is attached already; use that plugin, or detach() it first")
         self._connection = connection
@@ -125,7 +125,7 @@ class SocketHold:
             del self._connection.manageStepListeners  # of the object; that of its class is traci's
         self._connection = self._engine = None
 
-    def _holds(self, connection: Any) -> bool:  # noqa: ANN401
+    def _holds(self, connection: Any) -> bool:  # noqa: ANN401 - traci carries no types
         """Return whether a connection that steps is ours, and take it if it takes the place of ours."""
         if self not in self.everybody or self._connection is not None:
             return self in self.everybody and connection is self._connection
@@ -154,7 +154,7 @@ class SocketHold:
 
         return simulation_step
 
-    def _pass_on(self, connection: Any, original: Callable[..., Any], step: float) -> Any:  # noqa: ANN401
+    def _pass_on(self, connection: Any, original: Callable[..., Any], step: float) -> Any:  # noqa: ANN401 - traci carries no types
         """Step a connection that is not ours, or ours where SUMO makes no step."""
         if connection is not self._connection or self._is_stepping:
             return original(connection, step)
@@ -167,7 +167,7 @@ class SocketHold:
         return answers
 
     def _end_wrapper(self, original: Callable[..., Any]) -> Callable[..., Any]:
-        def end(connection: Any, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        def end(connection: Any, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - traci carries no types
             if connection is self._connection:
                 self._holder.user_ends()
                 self._engine = None
@@ -178,7 +178,7 @@ class SocketHold:
         return end
 
     def _load_state_wrapper(self, original: Callable[..., Any]) -> Callable[..., Any]:
-        def load_state(domain: Any, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        def load_state(domain: Any, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - traci carries no types
             if self._connection is not None and domain._connection is self._connection:
                 self._holder.user_ends()
                 self._engine = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -307,7 +307,7 @@ class SurroundingsReader:
         return Junction(line_m, line.exit_m - here_m, _RIGHT_OF_WAY.get(letter, "major"), foes)
 
     def _foe(
-        self, row: tuple[object, ...], line: Line, snapshot: Snapshot, states: dict[str, str]
+        self, row: tuple[Any, ...], line: Line, snapshot: Snapshot, states: dict[str, str]
     ) -> Foe | None:
         """Return one of SUMO's foes; None where he meets another line, waits at red or has gone."""
         name, own_entry, foe_entry, own_exit, foe_exit, own_lane, foe_lane, first, yields = row
@@ -315,7 +315,7 @@ class SurroundingsReader:
         if own_lane not in line.lanes or index < 0:
             return None
         length_m = float(snapshot.length_m[index])
-        if float(foe_exit) + length_m < 0.0 or float(own_exit) < 0.0:  # type: ignore[arg-type]
+        if foe_exit + length_m < 0.0 or own_exit < 0.0:
             return None
         lane = int(snapshot.lane[index])
         inside = lane >= 0 and self.network.is_internal[lane]
@@ -323,10 +323,10 @@ class SurroundingsReader:
             return None
         return Foe(
             str(name),
-            float(own_entry),  # type: ignore[arg-type]
-            float(own_exit),  # type: ignore[arg-type]
-            float(foe_entry),  # type: ignore[arg-type]
-            float(foe_exit),  # type: ignore[arg-type]
+            float(own_entry),
+            float(own_exit),
+            float(foe_entry),
+            float(foe_exit),
             float(snapshot.speed_mps[index]),
             length_m,
             bool(first),
