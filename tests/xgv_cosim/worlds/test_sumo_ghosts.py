@@ -176,6 +176,55 @@ def test_ghosts_show_nowhere(opened: Callable[..., Car]) -> None:
             assert car_.vehicle.getIDCount() == len(snapshot.ids) + 1
 
 
+WITHOUT_GHOSTS = ("fcd", "tripinfo", "emission", "vehroute", "battery")
+WITH_GHOSTS = ("collision", "netstate", "full", "amitran")
+
+
+def test_ghosts_show_in_no_file_that_sumo_writes_by_vehicle(
+    opened: Callable[..., Car], tmp_path: Path
+) -> None:
+    """Point 3.2: the devices that write them are switched off; files without devices show ghosts."""
+    files = {name: tmp_path / f"{name}.xml" for name in (*WITHOUT_GHOSTS, *WITH_GHOSTS)}
+    options = [
+        f"--{name}-{'dump' if name == 'netstate' else 'output'}={file}" for name, file in files.items()
+    ]
+    statistics = tmp_path / "statistics.xml"
+    options += [f"--device.{name}.probability=1" for name in ("battery", "ssm", "rerouting", "driverstate")]
+    options += [f"--device.ssm.file={tmp_path / 'ssm.xml'}", f"--statistic-output={statistics}"]
+    options += ["--tripinfo-output.write-unfinished=true", "--vehroute-output.write-unfinished=true"]
+    edges = [tmp_path / "all.xml", tmp_path / "ours.xml"]
+    rows = [
+        f'<edgeData id="{file.stem}" {vtypes} file="{file}"/>'
+        for file, vtypes in zip(edges, ("", 'vTypes="car xgv"'), strict=True)
+    ]
+    (tmp_path / "t.add.xml").write_text(f"<additional>{''.join(rows)}</additional>")
+    options.append(f"--additional-files={tmp_path / 't.add.xml'}")
+    car_ = opened(EGO, *FOLLOWERS, options=tuple(options))
+    car_.vehicle.setSpeedMode("left", 0)
+    car_.vehicle.setSpeed("left", 12.0)  # drives through the ghost, which SUMO writes down as a collision
+    for step in range(150):
+        car_.drive(1.2 if step < 120 else 0.0)
+        assert bool(car_.ghosts) is (step < 120)
+    car_.world.close()
+    for name in WITHOUT_GHOSTS:
+        text = without_options(files[name])
+        assert GHOST_PREFIX not in text, name
+        assert '"ego"' in text, name
+    for name in WITH_GHOSTS:  # docs/limits.md says so
+        assert GHOST_PREFIX in without_options(files[name]), name
+    ssm = without_options(tmp_path / "ssm.xml")
+    assert f'ego="{GHOST_PREFIX}' not in ssm
+    assert 'ego="left"' in ssm
+    assert '<vehicleTripStatistics count="3"' in without_options(statistics)
+    assert '<vehicles loaded="4" inserted="4"' in without_options(statistics)  # nothing keeps it out there
+    assert ['departed="3"' in without_options(file) for file in edges] == [False, True]
+
+
+def without_options(file: Path) -> str:
+    """Return what SUMO has written below the comment with its options, which name folders."""
+    return file.read_text().partition("-->")[2]
+
+
 def test_a_bound_follower_has_the_owner_as_its_leader(opened: Callable[..., Car]) -> None:
     car_ = opened(EGO, car("behind", 370, 0, lane=1, kind="xgv"))
     car_.world.bind("behind", CouplingKind.FREE)

@@ -31,6 +31,26 @@ if TYPE_CHECKING:
 
 GHOST_PREFIX = "_xgv_ghost:"
 """How the ids of ghosts, of their types and of their routes begin."""
+DEVICES_LEFT_OUT = (
+    "battery",
+    "bluelight",
+    "btreceiver",
+    "btsender",
+    "driverstate",
+    "elechybrid",
+    "emissions",
+    "fcd",
+    "friction",
+    "glosa",
+    "rerouting",
+    "ssm",
+    "stationfinder",
+    "taxi",
+    "toc",
+    "tripinfo",
+    "vehroute",
+)
+"""SUMO's devices of which a ghost has none: they write vehicles into files, or draw chance for them."""
 
 
 def is_ghost(vehicle_id: str) -> bool:
@@ -133,6 +153,8 @@ class Ghosts:
             if own not in types.getIDList():
                 types.copy(of_owner, own)
             types.setSpeedDeviation(own, 0.0)
+            for device in DEVICES_LEFT_OUT:
+                types.setParameter(own, f"has.{device}.device", "false")
             types.setColor(own, (0, 0, 0, 0))
         return self._types[of_owner]
 
