@@ -58,6 +58,11 @@ def is_ghost(vehicle_id: str) -> bool:
     return vehicle_id.startswith(GHOST_PREFIX)
 
 
+def owner_in(ghost: str) -> str:
+    """Return the bound vehicle that the id of a ghost names."""
+    return ghost.removeprefix(GHOST_PREFIX).partition(":")[2]
+
+
 @dataclass(slots=True)
 class Ghosts:
     """The ghosts of an open simulation."""

@@ -1,16 +1,19 @@
 """Where a user's script steps SUMO: taken hold of there, so that each of its steps becomes one of ours.
 
 The script goes on calling what it always called. Wrapped is the innermost function that all its ways of
-stepping lead to, so that ``from traci import simulationStep`` is caught, whenever it was imported.
+stepping lead to, so that ``from traci import simulationStep`` is caught, whenever it was imported. So are
+the functions by which it reads vehicles: they show it no ghosts, see ``unseen``.
 """
 
 from __future__ import annotations
 
 import functools
 import sys
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
 
 from xgv_cosim.errors import WorldError
+from xgv_cosim.worlds.sumo.unseen import READINGS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,7 +38,7 @@ class Hold(Protocol):
 
     @property
     def engine(self) -> Engine | None:
-        """Return the interface to the simulation that is open, None while there is none."""
+        """Return the interface to the simulation that is open, ghosts and all; None while there is none."""
         ...
 
     def step_once(self) -> None:
@@ -110,6 +113,11 @@ class LibsumoHold:
         self._stepping = False
         self._patches = Patches()
         native = sys.modules["libsumo._libsumo"]  # where every way through libsumo's Python ends
+        self._with_ghosts = _as_it_is(self._libsumo, native)
+        for domain, getter in READINGS:
+            self._patches.wrap(
+                native, f"{domain}_{getter}", functools.partial(self._getter_wrapper, domain, getter)
+            )
         self._patches.wrap(native, "simulation_step", self._step_wrapper)
         for name in ("start", "close", "load", "loadState"):
             self._patches.wrap(native, f"simulation_{name}", self._end_wrapper)
@@ -119,8 +127,7 @@ class LibsumoHold:
     def engine(self) -> Engine | None:
         """Return libsumo while it holds a simulation."""
         is_there = LibsumoHold.held_by is self and self._libsumo.isLoaded()
-        engine: Engine | None = self._libsumo if is_there else None
-        return engine
+        return self._with_ghosts if is_there else None
 
     def step_once(self) -> None:
         """Make one step; the script's listeners are called by libsumo after all steps of its call."""
@@ -138,6 +145,15 @@ class LibsumoHold:
         if LibsumoHold.held_by is self:
             LibsumoHold.held_by = None
             self._patches.undo()
+
+    def _getter_wrapper(self, domain: str, getter: str, original: Callable[..., Any]) -> Callable[..., Any]:
+        seen = READINGS[domain, getter]
+
+        def get(*args: Any) -> Any:  # noqa: ANN401 - whatever SUMO's takes and returns
+            answer = original(*args)
+            return seen(self._with_ghosts, args, answer) if LibsumoHold.held_by is self else answer
+
+        return get
 
     def _step_wrapper(self, original: Callable[[float], None]) -> Callable[..., None]:
         self._original = original
@@ -159,3 +175,18 @@ class LibsumoHold:
             return original(*args, **kwargs)
 
         return end
+
+
+def _as_it_is(libsumo: ModuleType, native: ModuleType) -> Engine:
+    """Return libsumo's interface with the getters that it has now, whatever they are wrapped by later."""
+    own: dict[str, dict[str, object]] = {}
+    for domain, getter in READINGS:
+        function = getattr(native, f"{domain}_{getter}", None)
+        if function is not None:
+            own.setdefault(domain, {})[getter] = staticmethod(function)
+    engine: Any = ModuleType("libsumo, with ghosts")
+    vars(engine).update(vars(libsumo))
+    vars(engine).update(
+        {name: type(name, (getattr(libsumo, name),), getters) for name, getters in own.items()}
+    )
+    return cast("Engine", engine)

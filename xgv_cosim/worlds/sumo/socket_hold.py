@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
+from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from xgv_cosim.errors import WorldError
 from xgv_cosim.worlds.sumo.holding import Patches, num_steps_to
 from xgv_cosim.worlds.sumo.socket_engine import SocketEngine
+from xgv_cosim.worlds.sumo.unseen import NOBODY, READINGS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,6 +59,8 @@ class SocketHold:
             self._patches.wrap(self._home.Connection, name, self._end_wrapper)
         domain = sys.modules["traci._simulation"].SimulationDomain
         self._patches.wrap(domain, "loadState", self._load_state_wrapper)
+        for owner, getter in _where_read():
+            self._patches.wrap(owner, getter, partial(self._getter_wrapper, getter))
 
     @property
     def engine(self) -> SocketEngine | None:
@@ -185,3 +190,28 @@ class SocketHold:
             return original(domain, *args, **kwargs)
 
         return load_state
+
+    def _getter_wrapper(self, getter: str, original: Callable[..., Any]) -> Callable[..., Any]:
+        def get(domain: Any, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - whatever traci takes and returns
+            answer = original(domain, *args, **kwargs)
+            seen = READINGS.get((domain._name, getter))
+            is_ours = self._connection is not None and domain._connection is self._connection
+            engine = self.engine if seen is not None and is_ours else None
+            if seen is None or engine is None:
+                return answer
+            named = inspect.signature(original).bind(domain, *args, **kwargs).args[1:] if kwargs else args
+            answer = seen(engine, named, answer)
+            is_no_leader = getter == "getLeader" and answer == NOBODY
+            return None if is_no_leader and sys.modules["traci._vehicle"]._legacyGetLeader else answer
+
+        return get
+
+
+def _where_read() -> list[tuple[type, str]]:
+    """Return traci's classes and the getters there, each once, through which a script reads vehicles."""
+    found: dict[tuple[type, str], None] = {}
+    for domain in sys.modules["traci.domain"].DOMAINS:
+        for name, getter in READINGS:
+            owners = [kind for kind in type(domain).__mro__ if name == domain._name and getter in vars(kind)]
+            found.update(dict.fromkeys((owner, getter) for owner in owners[:1]))
+    return list(found)
