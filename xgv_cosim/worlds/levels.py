@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,10 +19,13 @@ CLEARANCE_M = 2.5
 LEAST_CROSSING_RAD = float(np.radians(20.0))
 """Lanes at a smaller angle to each other lie side by side."""
 NEAR_M = 20.0
-"""So far around the place a crossing is looked for; past its ends a lane goes straight on that far."""
+"""So far around the place a crossing is looked for, also on the lanes before and behind."""
+
+_Segments = tuple[FloatMatrix, FloatMatrix]
+"""Where they start, and the step from there, each of shape ``(k, 2)``."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Levels:
     """The lanes of a network, by their numbers."""
 
@@ -29,6 +33,10 @@ class Levels:
     """Centre line of each lane, shape ``(k, 2)``, ``k`` at least 2, no point repeated."""
     height_m: Callable[[str], float]
     """Tells how high a vehicle stands; 0 where the network has no heights."""
+    onward: tuple[tuple[int, ...], ...] = ()
+    """The lanes that each lane leads to; empty: not known."""
+    places: tuple[frozenset[str], ...] = ()
+    """The junctions of each lane: lanes with one in common cross on one level. Empty: not known."""
 
     def are_apart(self, ids: tuple[str, str], lanes: tuple[int, int], x_m: float, y_m: float) -> bool:
         """Return whether two vehicles that overlap on the map, at a place on two lanes, pass each other."""
@@ -37,20 +45,59 @@ class Levels:
             return abs(first_m - second_m) > CLEARANCE_M
         return self._cross(*lanes, np.array([x_m, y_m]))
 
+    @cached_property
+    def _back(self) -> tuple[tuple[int, ...], ...]:
+        """The lanes that lead to each lane."""
+        back: list[list[int]] = [[] for _ in self.shapes_m]
+        for lane, reached in enumerate(self.onward):
+            for beyond in reached:
+                back[beyond].append(lane)
+        return tuple(map(tuple, back))
+
     def _cross(self, lane: int, other: int, place: FloatColumn) -> bool:
-        """Return whether two centre lines cross near a place, not at a small angle."""
-        (start, step), (other_start, other_step) = (
-            _segments_near(self.shapes_m[number], place) for number in (lane, other)
+        """Return whether the ways over two lanes cross near a place, not at a small angle.
+
+        A lane that begins or ends nearby is followed to those before and behind, wherever they bend to.
+        """
+        own, others = self._around(lane, place), self._around(other, place)
+        return any(
+            _any_cross(segments, other_segments)
+            for number, segments in own
+            for other_number, other_segments in others
+            if not self.places or self.places[number].isdisjoint(self.places[other_number])
         )
-        step, other_step = step[:, None], other_step[None]
-        off = other_start[None] - start[:, None]
-        turn = _cross_product(step, other_step)
-        lengths = np.hypot(*np.moveaxis(step, 2, 0)) * np.hypot(*np.moveaxis(other_step, 2, 0))
-        steep = np.abs(turn) > np.sin(LEAST_CROSSING_RAD) * lengths
-        divisor = np.where(steep, turn, 1.0)
-        along, along_other = _cross_product(off, other_step) / divisor, _cross_product(off, step) / divisor
-        meets = (along >= 0.0) & (along <= 1.0) & (along_other >= 0.0) & (along_other <= 1.0)
-        return bool((steep & meets).any())
+
+    def _around(self, lane: int, place: FloatColumn) -> list[tuple[int, _Segments]]:
+        """Return the segments near a place, by their lane, of a lane and of those before and behind it."""
+        found = [(lane, _segments_near(self.shapes_m[lane], place))]
+        for links, end in ((self.onward, -1), (self._back, 0)):
+            waiting, seen = [lane], {lane}
+            while waiting and links:
+                here = waiting.pop()
+                at_end = self.shapes_m[here][end]
+                if np.hypot(*(at_end - place)) > NEAR_M:
+                    continue
+                for beyond in [lane for lane in links[here] if lane not in seen]:
+                    shape = self.shapes_m[beyond]  # networks without lanes inside junctions have gaps there
+                    joined = np.vstack([at_end, shape] if end else [shape, at_end])
+                    found.append((beyond, _segments_near(joined, place)))
+                    waiting.append(beyond)
+                seen.update(links[here])
+        return found
+
+
+def _any_cross(segments: _Segments, others: _Segments) -> bool:
+    """Return whether one of some segments crosses one of others, not at a small angle."""
+    (start, step), (other_start, other_step) = segments, others
+    step, other_step = step[:, None], other_step[None]
+    off = other_start[None] - start[:, None]
+    turn = _cross_product(step, other_step)
+    lengths = np.hypot(*np.moveaxis(step, 2, 0)) * np.hypot(*np.moveaxis(other_step, 2, 0))
+    steep = np.abs(turn) > np.sin(LEAST_CROSSING_RAD) * lengths
+    divisor = np.where(steep, turn, 1.0)
+    along, along_other = _cross_product(off, other_step) / divisor, _cross_product(off, step) / divisor
+    meets = (along >= 0.0) & (along <= 1.0) & (along_other >= 0.0) & (along_other <= 1.0)
+    return bool((steep & meets).any())
 
 
 def _cross_product(one: FloatColumn, other: FloatColumn) -> FloatColumn:
@@ -58,12 +105,10 @@ def _cross_product(one: FloatColumn, other: FloatColumn) -> FloatColumn:
     return product
 
 
-def _segments_near(shape: FloatMatrix, place: FloatColumn) -> tuple[FloatMatrix, FloatMatrix]:
-    """Return (start, step) of the segments near a place, of a line that goes straight on at its ends."""
-    first, last = shape[0] - shape[1], shape[-1] - shape[-2]
-    ends = [shape[0] + first * (NEAR_M / np.hypot(*first)), shape[-1] + last * (NEAR_M / np.hypot(*last))]
-    longer = np.vstack([ends[0], shape, ends[1]])
-    steps, off = np.diff(longer, axis=0), place - longer[:-1]
-    share = np.clip((off * steps).sum(axis=1) / (steps**2).sum(axis=1), 0.0, 1.0)
+def _segments_near(line: FloatMatrix, place: FloatColumn) -> _Segments:
+    """Return the segments near a place."""
+    steps, off = np.diff(line, axis=0), place - line[:-1]
+    squares = np.maximum((steps**2).sum(axis=1), np.finfo(np.float64).tiny)  # a lane joins on without a gap
+    share = np.clip((off * steps).sum(axis=1) / squares, 0.0, 1.0)
     near = np.hypot(*(off - share[:, None] * steps).T) < NEAR_M
-    return longer[:-1][near], steps[near]
+    return line[:-1][near], steps[near]

@@ -34,13 +34,44 @@ def test_on_the_flat_only_lanes_that_cross_are_apart(angle_deg: float, apart: bo
     assert levels.are_apart(NAMES, (1, 0), 50.0, 0.5) is apart
 
 
-def test_a_crossing_counts_near_the_place_and_just_past_the_end_of_a_lane() -> None:
-    up = np.array([[90.0, -60.0], [90.0, 60.0]])
-    from_here = np.array([[50.0, 2.0], [50.0, 60.0]])  # the lane before it has crossed the other
-    levels = Levels((EAST, up, from_here), lambda _: 0.0)
+def test_a_crossing_counts_near_the_place() -> None:
+    levels = Levels((EAST, np.array([[90.0, -60.0], [90.0, 60.0]])), lambda _: 0.0)
     assert not levels.are_apart(NAMES, (0, 1), 30.0, 0.0)
     assert levels.are_apart(NAMES, (0, 1), 85.0, 0.0)
-    assert levels.are_apart(NAMES, (0, 2), 50.0, 3.0)
+
+
+BEGINS_HERE = np.array([[50.0, 2.0], [50.0, 60.0]])
+
+
+@pytest.mark.parametrize(
+    ("before", "apart"),
+    [
+        pytest.param([[50.0, -60.0], [50.0, 2.0]], True, id="it has crossed the other"),
+        pytest.param([[50.0, -60.0], [50.0, -2.0]], True, id="it has, but for a gap at the junction"),
+        pytest.param([[-9.0, 2.0], [45.0, 2.0], [50.0, 2.0]], False, id="it has come along beside the other"),
+        pytest.param(None, False, id="its road begins there"),
+    ],
+)
+def test_where_a_lane_begins_the_lane_before_it_tells(before: list[list[float]] | None, apart: bool) -> None:
+    """Not a line straight back from its beginning, on which no road is."""
+    if before is None:
+        levels = Levels((EAST, BEGINS_HERE), lambda _: 0.0, ((), ()))
+    else:
+        levels = Levels((EAST, BEGINS_HERE, np.array(before)), lambda _: 0.0, ((), (), (1,)))
+    assert levels.are_apart(NAMES, (0, 1), 50.0, 3.0) is apart
+    assert levels.are_apart(NAMES, (1, 0), 50.0, 3.0) is apart
+    backwards = tuple(shape[::-1].copy() for shape in levels.shapes_m)
+    onward = ((), (2,), ()) if before is not None else ((), ())
+    assert Levels(backwards, lambda _: 0.0, onward).are_apart(NAMES, (0, 1), 50.0, 3.0) is apart
+
+
+def test_a_lane_before_that_crosses_the_other_in_a_junction_tells_nothing() -> None:
+    """Two roads from one junction: it is on one level there, whatever the two do behind it."""
+    before = np.array([[50.0, -60.0], [50.0, 2.0]])
+    places = (frozenset("pq"), frozenset("rs"), frozenset("pr"))
+    assert not Levels((EAST, BEGINS_HERE, before), lambda _: 0.0, ((), (), (1,)), places).are_apart(
+        NAMES, (0, 1), 50.0, 3.0
+    )
 
 
 @pytest.mark.parametrize(
@@ -55,10 +86,19 @@ def test_heights_decide_where_there_are_any(heights_m: tuple[float, float], apar
     assert levels.are_apart(NAMES, (0, 2), 50.0, 1.0) is apart
 
 
-def contacts_of(folder: Path, nodes: str, edges: str, other: str, at_m: tuple[float, float]) -> set[str]:
+def contacts_of(
+    folder: Path,
+    nodes: str,
+    edges: str,
+    other: str,
+    at_m: tuple[float, float],
+    *,
+    depart_m: float = 100,
+    heading_rad: float = 0.0,
+) -> set[str]:
     """Return whom the bound car touches that stands at a place beside its lane ``e1_0``."""
     net = plain_network(folder, nodes, edges)
-    vehicles = car("ego", 100, 0, kind="xgv", route="e1") + car("other", 30, 10, route=other)
+    vehicles = car("ego", depart_m, 0, kind="xgv", route="e1") + car("other", 30, 10, route=other)
     world = SumoWorld.headless(write_config(folder, vehicles, net), step_s=0.1, seed=1)
     world.start()
     world.step(nobody())
@@ -66,7 +106,7 @@ def contacts_of(folder: Path, nodes: str, edges: str, other: str, at_m: tuple[fl
     touched: set[str] = set()
     try:
         for _ in range(250):
-            snapshot = world.step(place("ego", *at_m, 0.0, speed_mps=0.0, travelled_m=0.0))
+            snapshot = world.step(place("ego", *at_m, heading_rad, speed_mps=0.0, travelled_m=0.0))
             touched |= {name for c in snapshot.collisions for name in (c.collider, c.victim)}
             if "other" not in snapshot.ids:
                 return touched
@@ -85,6 +125,15 @@ def test_a_car_that_hangs_over_into_the_other_carriageway_is_touched(tmp_path: P
     edges = FORTH + '<edge id="r1" from="p" to="q" numLanes="1" speed="14"/>'
     assert contacts_of(tmp_path, nodes, edges, "r1", (150.0, 0.6)) == {"ego", "other"}
     assert contacts_of(tmp_path, nodes, edges, "r1", (150.0, -1.6)) == set()
+
+
+def test_a_car_at_the_beginning_of_its_road_is_touched_by_who_drives_past_it(tmp_path: Path) -> None:
+    """The road leads away at a right angle; behind its beginning there is none that could cross the other."""
+    nodes = '<node id="a" x="150" y="1"/><node id="b" x="150" y="200"/>'
+    nodes += '<node id="p" x="0" y="0"/><node id="q" x="300" y="0"/>'
+    edges = FORTH + '<edge id="past" from="p" to="q" numLanes="1" speed="14"/>'
+    north = contacts_of(tmp_path, nodes, edges, "past", (151.6, 3.4), depart_m=5, heading_rad=np.pi / 2)
+    assert north == {"ego", "other"}
 
 
 @pytest.mark.parametrize(("height_m", "expected"), [(0.0, set()), (6.0, set()), (1.0, {"ego", "other"})])

@@ -98,6 +98,11 @@ class SumoRoad:
         """Return the number of each lane; SUMO's empty name for "off the road" has -1."""
         return {**{lane_id: index for index, lane_id in enumerate(self.lane_ids)}, "": -1}
 
+    @property
+    def onward(self) -> tuple[tuple[int, ...], ...]:
+        """Return the lanes that each lane leads to."""
+        return tuple(tuple(lane for _, lane in links) for links in self.successors)
+
     @cached_property
     def _only_successor(self) -> IntColumn:
         """Where a lane goes on when it has only one way to, else -1."""

@@ -123,7 +123,10 @@ class SumoWorld:
             self._road = SumoRoad.read(session.engine)
             self._bindings = Bindings(session.engine, self._road, self._step_s, with_ghosts=self._with_ghosts)
             vehicle = session.engine.vehicle
-            levels = Levels(self._road.shapes, lambda name: float(vehicle.getPosition3D(name)[2]))
+            road = self._road
+            levels = Levels(
+                road.shapes, lambda name: float(vehicle.getPosition3D(name)[2]), road.onward, road.junctions
+            )
             self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road, levels)
             self._own_colours: dict[str, tuple[int, int, int, int]] = {}
             self._reader = SnapshotReader(session, self._road)
