@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tests.contracts.world_contract import nobody
+from tests.contracts.world_contract import nobody, place
 from tests.xgv_cosim.worlds.sumo_networks import signalised_grid
-from tests.xgv_cosim.worlds.sumo_traffic import car, write_config
+from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.worlds.base import Placement
+from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
+from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.world import SumoWorld
 
 if TYPE_CHECKING:
@@ -66,3 +68,30 @@ def test_who_is_not_off_the_road_sees_the_same_neighbours(tmp_path: Path) -> Non
     row, again = usual.index_of["wide"], other.index_of["wide"]
     assert usual.leader[row] == -1
     assert other.leader[again] == -1
+
+
+def test_behind_its_own_ghost_a_car_sees_its_neighbours(tmp_path: Path) -> None:
+    """In its lane, ahead of it and behind it, whether SUMO answers or, with a car off the road, the lanes."""
+    ghosts = f"{GHOST_PREFIX}1:ego", f"{GHOST_PREFIX}2:ego"
+    vehicles = car("ego", 100, 0, kind="xgv") + car("leader", 150, 0) + car("follower", 50, 0)
+    vehicles += car(ghosts[0], 120, 0) + car(ghosts[1], 80, 0) + car("lost", 300, 0, kind="xgv")
+    world = SumoWorld.headless(write_config(tmp_path, vehicles, network("hello")), step_s=0.1, seed=1)
+    try:
+        world.start()
+        snapshot = world.step(nobody())
+        reader = SnapshotReader(world._open(), world.road)
+        owner_of = dict.fromkeys(ghosts, "ego")
+        world.bind("lost", CouplingKind.FREE)
+        for lost in (False, True):
+            if lost:
+                snapshot = world.step(place("lost", 0.0, -500.0, 0.0, speed_mps=0.0, travelled_m=0.0))
+                assert snapshot.lane[snapshot.index_of["lost"]] == -1
+            seen = reader.read(("ego",), (), owner_of)
+            row = seen.index_of["ego"]
+            assert seen.ids[seen.leader[row]] == "leader"
+            assert seen.ids[seen.follower[row]] == "follower"
+            along_m = dict(zip(seen.ids, seen.lane_position_m.tolist(), strict=True))
+            assert abs(seen.leader_gap_m[row] - (along_m["leader"] - 5.2 - along_m["ego"])) < 0.05
+            assert abs(seen.follower_gap_m[row] - (along_m["ego"] - 4.4 - along_m["follower"])) < 0.05
+    finally:
+        world.close()

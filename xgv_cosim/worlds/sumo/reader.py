@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -95,7 +95,7 @@ class SnapshotReader:
             neighbours = self._neighbours_on_lanes(index_of, lane, lane_position_m, here, owner_of)
         else:
             self._lanes_ahead.clear()
-            neighbours = self._neighbours(index_of, lane, here, owner_of)
+            neighbours = self._neighbours(index_of, lane, lane_position_m, here, owner_of)
         return Snapshot(
             time_s=round(simulation.getTime() - self.session.begin_s, 3),  # SUMO counts milliseconds
             ids=ids,
@@ -145,6 +145,7 @@ class SnapshotReader:
         self,
         index_of: dict[str, int],
         lane: IntColumn,
+        position_m: FloatColumn,
         bound_ids: Sequence[str],
         owner_of: Mapping[str, str],
     ) -> Neighbours:
@@ -152,6 +153,8 @@ class SnapshotReader:
         vehicle = self.session.engine.vehicle
         next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
         leader_gap_m, follower_gap_m = (np.full(len(index_of), np.inf) for _ in range(2))
+        hidden: list[int] = []
+        """Rows of whom SUMO's answer is their own ghost."""
         for vehicle_id in bound_ids:
             row = index_of[vehicle_id]
             next_lane[row] = self._next_lane(vehicle_id, int(lane[row]))
@@ -162,14 +165,25 @@ class SnapshotReader:
                 if not found:
                     continue
                 name = owner_of.get(found[0], found[0])
-                if name not in index_of or name == vehicle_id:
+                if name == vehicle_id:  # before whom or behind whom somebody else may drive
+                    hidden.append(row)
+                    continue
+                if name not in index_of:
                     continue
                 # SUMO subtracts the minimum gap that the one behind keeps; a ghost keeps its owner's.
                 behind = vehicle_id if index is leader else name
                 bumper_gap_m = found[1] + self.body(behind).min_gap_m
                 if bumper_gap_m <= SIGHT_M:
                     index[row], gap_m[row] = index_of[name], bumper_gap_m
-        return Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
+        neighbours = Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
+        if hidden:
+            names = tuple(index_of)
+            by_lanes = self._neighbours_on_lanes(
+                index_of, lane, position_m, [names[row] for row in hidden], owner_of
+            )
+            for column, other in zip(neighbours, by_lanes, strict=True):
+                column[hidden] = other[hidden]
+        return neighbours
 
     def _neighbours_on_lanes(
         self,
@@ -189,6 +203,9 @@ class SnapshotReader:
             np.concatenate([lane, np.array([number[vehicle.getLaneID(g)] for g, _ in ghosts], np.int64)]),
             np.concatenate([position_m, np.array([vehicle.getLanePosition(g) for g, _ in ghosts])]),
         )
+        traffic = replace(
+            traffic, rows=[rows_of[body] for body in traffic.rows]
+        )  # nobody meets his own ghost
         next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
         leader_gap_m, follower_gap_m = (np.full(len(index_of), np.inf) for _ in range(2))
         names = tuple(index_of)
@@ -201,14 +218,12 @@ class SnapshotReader:
             ahead = self._way(vehicle_id, own)
             at_m = float(position_m[row])
             found, distance_m = traffic.ahead_on(ahead, at_m, row)
-            found = rows_of[found] if found >= 0 else -1
-            if found >= 0 and found != row:
+            if found >= 0:
                 gap_m = distance_m - self.body(names[found]).length_m
                 if gap_m <= SIGHT_M:
                     leader[row], leader_gap_m[row] = found, gap_m
             found, distance_m = traffic.behind_in_lane(own, at_m, row)
-            found = rows_of[found] if found >= 0 else -1
-            if found >= 0 and found != row:
+            if found >= 0:
                 gap_m = distance_m - self.body(vehicle_id).length_m
                 if gap_m <= SIGHT_M:
                     follower[row], follower_gap_m[row] = found, gap_m
