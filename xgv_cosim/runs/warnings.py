@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from xgv_cosim.condition import Condition
 from xgv_cosim.events import Event
 from xgv_cosim.scenario.model import Scenario
-from xgv_cosim.scenario.selection import in_words
+from xgv_cosim.scenario.selection import rows_without_vehicle
 
 BRIEF_S = 1.0
 """A stack that sees its engine off starts it within this time; then nobody needs to be warned."""
@@ -44,15 +44,13 @@ def warnings_of(
         lane_ids: The world's lanes, None where they are not known.
         rows_met: Rows of ``bind`` that have matched a vehicle, None where that is not known.
     """
-    lines = [
-        f"bind.{number}: no vehicle that has departed matches {in_words(row.vehicles)}"
-        f"{', but for those that earlier rows take' if number else ''}"
-        for number, row in enumerate(scenario.bind)
-        if rows_met is not None and number not in rows_met
-    ]
-    if scenario.bind and not lines and not any(event.kind == "bound" for event in events):
-        lines.append("no vehicle was bound: no row of 'bind' matches a vehicle that has departed")
-    if not scenario.bind and not any(event.kind == "bound" for event in events):
+    nobody_bound = not any(event.kind == "bound" for event in events)
+    if rows_met is None:
+        rows_met = () if nobody_bound else range(len(scenario.bind))
+    lines = rows_without_vehicle([row.vehicles for row in scenario.bind], rows_met)
+    if scenario.bind and not lines and nobody_bound:
+        lines.append("no vehicle was bound: whom 'bind' matches was not there between from_s and until_s")
+    if not scenario.bind and nobody_bound:
         lines.append("no vehicle is bound: there is no row of 'bind'; add one, or --bind VEHICLES")
     lines += _unmet(scenario, events, lane_ids)
     told: set[str] = set()

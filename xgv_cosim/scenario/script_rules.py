@@ -13,7 +13,7 @@ from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.observation import Stack
 from xgv_cosim.scenario.building import binding_from, injection_of, profile_of
 from xgv_cosim.scenario.model import BindSection, InjectionSection, Scenario
-from xgv_cosim.scenario.selection import matches
+from xgv_cosim.scenario.selection import matches, rows_without_vehicle
 from xgv_cosim.scenario.stacks import link_to_class, require_callable
 from xgv_cosim.simulation import Binding
 from xgv_cosim.simulation.binding import LinkFactory
@@ -99,11 +99,8 @@ class ScriptRules:
 
     def unmatched(self) -> tuple[str, ...]:
         """Return the rows of ``bind`` that have bound nobody in this simulation, in words."""
-        return tuple(
-            f"bind: no vehicle of the simulation was {rule.section.vehicles!r}"
-            for rule in self._bind
-            if not rule.has_bound
-        )
+        met = {number for number, rule in enumerate(self._bind) if rule.has_bound}
+        return tuple(rows_without_vehicle([rule.section.vehicles for rule in self._bind], met))
 
     def _ready(self, section: BindSection, new_link: LinkFactory | None) -> Binding:
         binding = binding_from(section, self._profile, self._settings.world.environment)

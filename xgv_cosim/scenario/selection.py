@@ -14,7 +14,7 @@ from xgv_cosim.scenario.model import BindSection, Selector, VehicleQuery
 from xgv_cosim.traveller import Traveller
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
 
 def matches(selector: Selector, who: Traveller, seed: int) -> bool:
@@ -40,6 +40,21 @@ def in_words(selector: Selector) -> str:
         given = selector.model_dump(exclude_none=True)
         return ",".join(f"{key}={value}" for key, value in given.items())
     return ",".join(selector)
+
+
+def rows_without_vehicle(selectors: Sequence[Selector], met: Collection[int]) -> list[str]:
+    """Return a warning for each row of ``bind`` that has matched no vehicle.
+
+    Args:
+        selectors: Whom each row means.
+        met: Indices of the rows that have matched one.
+    """
+    return [
+        f"bind.{number}: no vehicle that has departed matches {in_words(selector)}"
+        f"{', but for those that earlier rows take' if number else ''}"
+        for number, selector in enumerate(selectors)
+        if number not in met
+    ]
 
 
 def _meets(query: VehicleQuery, who: Traveller, seed: int) -> bool:

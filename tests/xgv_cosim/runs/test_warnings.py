@@ -13,6 +13,7 @@ from xgv_cosim.events import Event
 from xgv_cosim.recording import REPORT, RESULT
 from xgv_cosim.runs.warnings import warnings_of
 from xgv_cosim.scenario.loading import load_scenario
+from xgv_cosim.scenario.selection import in_words
 
 IDLE = [
     "duration_s=2",
@@ -39,6 +40,19 @@ def test_a_run_that_binds_nothing_says_so(tmp_path: Path) -> None:
     xgv_cosim.run("hello", out=tmp_path / "out", set=overrides, report=False)
     warnings = json.loads((tmp_path / "out" / RESULT).read_text())["warnings"]
     assert warnings == ["bind.0: no vehicle that has departed matches type=nothing"]
+
+
+def test_the_same_is_said_where_only_the_events_are_known() -> None:
+    scenario = load_scenario("hello")
+    (words,) = {in_words(row.vehicles) for row in scenario.bind}
+    assert warnings_of(scenario, []) == [f"bind.0: no vehicle that has departed matches {words}"]
+
+
+def test_a_run_that_ends_before_its_vehicles_are_bound_says_so(tmp_path: Path) -> None:
+    overrides = ["duration_s=1", "expect=[]", "injections=[]", "bind.0.from_s=5"]
+    result = xgv_cosim.run("hello", out=tmp_path / "out", set=overrides, report=False)
+    told = "no vehicle was bound: whom 'bind' matches was not there between from_s and until_s"
+    assert result.data["warnings"] == [told]
 
 
 def test_rows_that_match_nobody_and_lanes_that_are_not_there_are_named(tmp_path: Path) -> None:

@@ -311,7 +311,8 @@ def test_a_row_that_binds_nobody_is_told(script: Script) -> None:
     plugin.bind("veh_17")
     script.start(command(HELLO))
     script.module.simulationStep()
-    with pytest.warns(UserWarning, match="veh_17") as caught:
+    told = r"bind\.1: no vehicle that has departed matches veh_17, but for those that earlier rows take"
+    with pytest.warns(UserWarning, match=told) as caught:
         script.module.close()
     assert [warning.filename for warning in caught] == [__file__]
     plugin.detach()
