@@ -8,6 +8,7 @@ import numpy as np
 
 from jaus.address import JausAddress
 from xgv_cosim.clock import tick_at_or_after, time_of_tick_s
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.commands import CommandColumns, CommandKind, MotionProfile, WrenchEffort
 from xgv_cosim.endpoint import (
     CommandAccepted,
@@ -159,6 +160,26 @@ def tell_devices(state: RunState, vehicle: BoundVehicle) -> None:
     """Tell an endpoint the device word in force, from which its warnings follow (XGV-38)."""
     bits = vehicle.devices.bits | vehicle.endpoint.device_bits
     handle(state, vehicle, vehicle.endpoint.devices_changed(bits, state.now_s))
+
+
+def renew_motions(
+    state: RunState, slots: IntColumn, speed_mps: FloatColumn, curvature_per_m: FloatColumn, lasts_s: float
+) -> BoolColumn:
+    """Put new targets into motion profiles that are in force, as their clients would by a repeat (XGV-43).
+
+    Limits of acceleration and curvature rate stay. A slot without a motion profile in force is left alone:
+    only a message can bring one into force.
+
+    Returns:
+        Which slots were given their target.
+    """
+    command = state.fleet.command
+    renewed: BoolColumn = command.kind[slots] == CommandKind.MOTION_PROFILE
+    whom = slots[renewed]
+    command.speed_mps[whom] = speed_mps[renewed]
+    command.curvature_per_m[whom] = curvature_per_m[renewed]
+    command.expires_s[whom] = state.now_s + lasts_s
+    return renewed
 
 
 def write_command(command: CommandColumns, slot: int, accepted: CommandAccepted) -> None:

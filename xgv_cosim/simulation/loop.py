@@ -11,7 +11,7 @@ import numpy as np
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Longitudinal
 from xgv_cosim.clock import Clock, time_of_tick_s
-from xgv_cosim.columns import BoolColumn
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
 from xgv_cosim.errors import ScenarioError, WorldError
 from xgv_cosim.fleet import Fleet, Motion, Setpoints
@@ -129,6 +129,12 @@ class Simulation:
             UnknownVehicleError: No such vehicle is bound now.
         """
         lifecycle.give_back(self.state, self.world, vehicle_id, "released from Python")
+
+    def renew_motions(
+        self, slots: IntColumn, speed_mps: FloatColumn, curvature_per_m: FloatColumn, lasts_s: float
+    ) -> BoolColumn:
+        """Give many cars new targets at once, see ``commanding.renew_motions``."""
+        return commanding.renew_motions(self.state, slots, speed_mps, curvature_per_m, lasts_s)
 
     def step(self) -> Snapshot:
         """Advance by one world step and return the world after it.

@@ -267,6 +267,11 @@ class SumoWorld:
         self._bindings.learn(self._snapshot)
         return self._snapshot
 
+    @property
+    def in_lane_frame(self) -> frozenset[str]:
+        """Return who was written as speed and lateral position in its lane in the last step."""
+        return self._bindings.in_lane_frame
+
     def surroundings(self, vehicle_ids: Sequence[str]) -> Surroundings:
         """Return what surrounds vehicles of the last snapshot.
 

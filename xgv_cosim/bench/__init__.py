@@ -1,0 +1,1 @@
+"""What binding costs: the same traffic by SUMO alone, bound, and with the bound poses merely replayed."""
