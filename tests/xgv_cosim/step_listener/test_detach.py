@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,9 @@ import pytest
 
 import xgv_cosim
 from tests.xgv_cosim.step_listener.conftest import Script
-from tests.xgv_cosim.step_listener.scripts import command
+from tests.xgv_cosim.step_listener.scripts import LIKE_OURS, command
 from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
+from xgv_cosim.step_listener import SumoOptionsWarning
 from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
 
 
@@ -100,6 +102,52 @@ def test_detached_after_a_crash_both_drive_on(script: Script, tmp_path: Path) ->
     assert ghosts_of(script) == []
     for name in ("ego", "left", "back"):
         assert vehicle.getSpeed(name) > 10.0, name
+
+
+@pytest.mark.parametrize("duration_s", [0, 3])
+def test_released_first_nothing_jumps_and_detach_finds_nothing_to_take_back(
+    script: Script, tmp_path: Path, duration_s: int
+) -> None:
+    """Point 3.3, in a session of the script's own too; ``detach`` alone jumps, as docs/limits.md says."""
+    options = [option for option in LIKE_OURS if "duration" not in option]
+    config = write_config(tmp_path, car("ego", 400, 10, kind="xgv"), network("hello"))
+    script.start(command(config, options=[*options, f"--lanechange.duration={duration_s}"]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SumoOptionsWarning)
+        plugin = xgv_cosim.attach(script.module)
+        plugin.bind("ego")
+        steps(script, 10)
+    vehicle = script.module.vehicle
+    shift_left(plugin, 1.2)
+    steps(script, 2)
+    seen = [(vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego"))]
+    assert seen[0][0] > 0.9
+    plugin.release("ego")
+    for step in range(40):
+        if step == 30:
+            plugin.detach()
+        steps(script, 1)
+        seen.append((vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego")))
+    lateral_m, speed_mps = (np.abs(np.diff(column)) for column in zip(*seen, strict=True))
+    assert lateral_m.max() < 0.15
+    assert speed_mps.max() < 0.2
+    assert seen[-1][0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_detach_alone_takes_back_at_once_what_it_eases(script: Script, tmp_path: Path) -> None:
+    """The figures of docs/limits.md."""
+    plugin = attach_to(script, tmp_path, car("ego", 400, 10, kind="xgv"))
+    vehicle = script.module.vehicle
+    steps(script, 10)
+    shift_left(plugin, 0.7)
+    steps(script, 2)
+    vehicle.setMaxSpeed("ego", 5.0)  # so its driver finds the car too fast
+    lateral_m, speed_mps = vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego")
+    assert lateral_m > 0.4
+    plugin.detach()
+    steps(script, 1)
+    assert vehicle.getLateralLanePosition("ego") == pytest.approx(0.0, abs=1e-6)
+    assert speed_mps - vehicle.getSpeed("ego") == pytest.approx(0.9, abs=0.01)
 
 
 @pytest.mark.parametrize("released_before", [False, True])
