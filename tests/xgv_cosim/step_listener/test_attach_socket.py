@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import statistics
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,10 +13,12 @@ import traci
 import xgv_cosim
 from tests.xgv_cosim.step_listener.conftest import BINARY, Script
 from tests.xgv_cosim.step_listener.scripts import Trace, command, config_of
+from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.errors import WorldError
 from xgv_cosim.worlds.sumo.placed import REPORTED_TOLERANCE_MPS
 
 HELLO = config_of("hello")
+BOUND = car("xgv", 20, 8.0, lane=1, kind="xgv")
 SPEED = traci.constants.VAR_SPEED
 
 
@@ -38,6 +41,18 @@ class CountingSocket:
         return getattr(self._real, name)
 
 
+def _messages(label: str, *, num_steps: int) -> list[int]:
+    """Return how many messages each of the next steps takes."""
+    connection = traci.getConnection(label)
+    connection._socket = counting = CountingSocket(connection._socket)
+    counts = []
+    for _ in range(num_steps):
+        before = counting.num_messages
+        traci.simulationStep()
+        counts.append(counting.num_messages - before)
+    return counts
+
+
 @pytest.fixture
 def many(over_socket: Script) -> Script:
     """SUMO with 245 vehicles on a freeway, one step old."""
@@ -57,18 +72,37 @@ def test_messages_of_a_step_do_not_grow_with_the_vehicles(over_socket: Script) -
                 plugin.bind(traci.vehicle.getIDList()[:number])
             for _ in range(5):
                 traci.simulationStep()
-            connection = traci.getConnection(f"{number} bound")
-            connection._socket = counting = CountingSocket(connection._socket)
-            counts = []
-            for _ in range(15):
-                before = counting.num_messages
-                traci.simulationStep()
-                counts.append(counting.num_messages - before)
+            counts = _messages(f"{number} bound", num_steps=15)
             assert len(plugin.vehicle_ids) == number
         usual.append(statistics.median(counts))
         most.append(max(counts))
     assert usual == [3, 5, 5, 5]
     assert max(most) <= 10  # somebody departs, changes edges, comes near a junction
+
+
+def test_messages_of_a_step_do_not_grow_with_the_parked(over_socket: Script, tmp_path: Path) -> None:
+    """Issue 3.5: somebody on no lane is one more question about each, in the message with the others."""
+    usual, most = [], []
+    for number in (0, 1, 20):
+        config = write_config(tmp_path, "".join(map(_parked, range(number))) + BOUND, network("hello"))
+        over_socket.start(command(config), label=f"{number} parked")
+        with xgv_cosim.attach(traci) as plugin:
+            plugin.bind("xgv")
+            for _ in range(25):
+                traci.simulationStep()
+            assert sum(map(traci.vehicle.isStoppedParking, traci.vehicle.getIDList())) == number
+            assert plugin.vehicle_ids == ("xgv",)
+            counts = _messages(f"{number} parked", num_steps=15)
+        usual.append(statistics.median(counts))
+        most.append(max(counts))
+    assert usual == [5, 5, 5]
+    assert max(most) <= 10
+
+
+def _parked(number: int) -> str:
+    at_m = 60 + 8 * number
+    stop = f'<stop lane="road_0" startPos="{at_m - 6}" endPos="{at_m}" duration="900" parking="true"/>'
+    return car(f"parked_{number}", at_m, 0.0, extra=stop)
 
 
 def test_answers_are_traci_s_own(many: Script) -> None:
@@ -95,6 +129,9 @@ def test_answers_are_traci_s_own(many: Script) -> None:
         ("getColor",),
         ("getSpeedMode",),
         ("getJunctionFoes", 120.0),
+        ("isStopped",),
+        ("isStoppedParking",),
+        ("isRouteValid",),
     ]
     of_a_lane = [("getShape",), ("getLinks",), ("getAllowed",), ("getLength",), ("getEdgeID",)]
     of_all = [

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 STATIC = frozenset({"lane", "edge", "junction", "route", "vehicletype"})
 """Domains that are not asked again after each step."""
+_QUESTIONS = ("get", "is")
+"""How the names of traci's getters begin; anything else is a command."""
 _LONGEST_PAUSE = 15
 """What was asked about a vehicle so many steps ago at most is asked again together with the others."""
 
@@ -48,7 +50,7 @@ class _Domain:
         real = getattr(self._real, name)
         if not callable(real):
             return real
-        made = self._getter(name, real) if name.startswith("get") else self._command(name, real)
+        made = self._getter(name, real) if name.startswith(_QUESTIONS) else self._command(name, real)
         setattr(self, name, made)
         return made
 
