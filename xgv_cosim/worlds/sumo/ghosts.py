@@ -138,7 +138,7 @@ class Ghosts:
         if route not in self._routes:
             self._routes.add(route)
             if route not in self.engine.route.getIDList():  # SUMO keeps what an earlier plugin has added
-                self.engine.route.add(route, [edge])
+                self.engine.route.add(route, self._onward(reach.lane))
         loaded = frozenset(vehicle.getLoadedIDList())
         while (ghost := f"{GHOST_PREFIX}{self._made + 1}:{reach.owner}") in loaded:
             self._made += 1
@@ -149,6 +149,16 @@ class Ghosts:
         self._standing[reach.owner, reach.lane] = ghost
         self.owner_of[ghost] = reach.owner
         return ghost
+
+    def _onward(self, lane: int) -> list[str]:
+        """Return the edge of a lane, and from within a junction also the one that it leads to.
+
+        SUMO crashes in its next step if a route ends on a junction's own edge of several lanes (measured).
+        """
+        edges = [self.road.edge_ids[lane]]
+        if self.road.inside_junction[lane]:
+            edges += [edge for edge, _ in self.road.successors[lane][:1]]
+        return edges
 
     def _type(self, of_owner: str) -> str:
         """Return a type like the owner's, so that followers expect the same of it, without chance in it."""
