@@ -19,15 +19,15 @@ _FREEWAY_LANES = 3
 _GRID_SIDE = {"grid": 10, "large_grid": 20}
 _GRID_EDGES_OF_A_ROUTE = 60
 _PLACE_EVERY_M = 20.0
-_GRID_STREET_M = 170.0
+_GRID_STREET_M = 160.0
 """Of a street of the grid, so much is surely outside its crossings."""
 _MOST_ON_SMALL_GRID = 1500
 _TYPES = {
-    "light freeway": '<vType id="car" sigma="0.2" speedDev="0.02"/>',
-    "busy freeway": '<vType id="car" sigma="0.5" speedDev="0.1"/>',
+    "light_freeway": '<vType id="car" sigma="0.2" speedDev="0.02"/>',
+    "busy_freeway": '<vType id="car" sigma="0.5" speedDev="0.1"/>',
     "grid": '<vType id="car" sigma="0.5" speedDev="0.1"/>',
 }
-_GAP_M = {"light freeway": 70.0, "busy freeway": 28.0}
+_GAP_M = {"light_freeway": 70.0, "busy_freeway": 28.0}
 """From bumper to bumper of the next car of the same lane; car included."""
 NETWORKS = tuple(_TYPES)
 
@@ -71,7 +71,7 @@ class Traffic:
 
     def _on_freeway(self) -> Iterator[str]:
         edges = [f"e{number}" for number in range(_FREEWAY_EDGES)]
-        gap_m, speed_mps = _GAP_M[self.network], 25.0 if self.network == "light freeway" else 15.0
+        gap_m, speed_mps = _GAP_M[self.network], 25.0 if self.network == "light_freeway" else 15.0
         for number in range(self.num_vehicles):
             along_m = 50.0 + gap_m * (number // _FREEWAY_LANES) + 9.0 * (number % _FREEWAY_LANES)
             first, depart_m = divmod(along_m, _FREEWAY_EDGE_M)

@@ -1,8 +1,9 @@
-"""The command line: ``xgv-cosim run | replay | scenarios | init | check | modes | doctor``."""
+"""The command line: ``xgv-cosim run | replay | scenarios | init | check | modes | doctor | bench``."""
 
 from __future__ import annotations
 
-from xgv_cosim.cli import check as _check  # noqa: F401 - importing a module of commands registers them
+from xgv_cosim.cli import bench as _bench  # noqa: F401 - importing a module of commands registers them
+from xgv_cosim.cli import check as _check  # noqa: F401 - likewise
 from xgv_cosim.cli import doctor as _doctor  # noqa: F401 - likewise
 from xgv_cosim.cli import init as _init  # noqa: F401 - likewise
 from xgv_cosim.cli import modes as _modes  # noqa: F401 - likewise

@@ -1,0 +1,1 @@
+"""Networks of the benchmark, made by ``tests/benchmarks/generate_networks.py``."""

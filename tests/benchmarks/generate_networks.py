@@ -1,4 +1,7 @@
-"""Make the networks anew with SUMO's own tools (package eclipse-sumo): ``python generate.py``."""
+"""Make the networks of the benchmark anew with SUMO's own tools (package eclipse-sumo).
+
+``python tests/benchmarks/generate_networks.py``
+"""
 
 from __future__ import annotations
 
@@ -11,15 +14,25 @@ from pathlib import Path
 import sumo
 
 TOOLS = Path(sumo.SUMO_HOME) / "bin"
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[2] / "xgv_cosim" / "bench" / "networks"
 FREEWAY_EDGES = 75
 FREEWAY_EDGE_M = 2000
 FREEWAY_LANES = 3
-GRID = ("--grid", "--grid.length=200", "-L=2", "--tls.guess", "--tls.guess.threshold=0", "--no-turnarounds")
+GRID = (
+    "--grid",
+    "--grid.length=200",
+    "-L=2",
+    "--tls.guess",
+    "--tls.guess.threshold=0",
+    "--no-turnarounds",
+    "--default.junctions.radius=10",  # turns that a car can drive, at a speed that people like
+    "--junctions.limit-turn-speed=2.5",
+    "--junctions.internal-link-detail=12",
+)
 
 
 def _run(tool: str, *arguments: str) -> None:
-    subprocess.run([str(TOOLS / tool), *arguments, "--junctions.corner-detail=0"], check=True)  # noqa: S603 - SUMO's own tool
+    subprocess.run([str(TOOLS / tool), *arguments, "--junctions.corner-detail=0"], check=True)
 
 
 def _keep(made: Path, name: str) -> None:
