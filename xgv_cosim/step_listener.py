@@ -31,6 +31,7 @@ from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.traveller import Traveller
 from xgv_cosim.worlds.sumo.attached import AttachedSimulation, seed_of, step_length_s
 from xgv_cosim.worlds.sumo.attaching import hold_of
+from xgv_cosim.worlds.sumo.parting import Parting
 from xgv_cosim.worlds.sumo.world import SumoWorld
 
 
@@ -98,6 +99,10 @@ class Plugin:
         """A row of ``bind`` is new, so that vehicles may be meant that drive already."""
         self._recorder: Recorder | None = None
         self._simulation: Simulation | None = None
+        self._world: SumoWorld
+        """That of the simulation."""
+        self._parting: Parting | None = None
+        """Set once this plugin is detached, as long as a hand-over to SUMO's driver is under way."""
         self._begin_s = 0.0
         self._events: list[Event] = []
         self._warned: set[str] = set()
@@ -247,10 +252,16 @@ class Plugin:
         self._recorder = Recorder(Path(folder), safety_mode_name=self._rules.safety_mode_name)
 
     def detach(self) -> None:
-        """Give all vehicles back to SUMO's driver and let go of the script, which can go on."""
+        """Give all vehicles back to SUMO's driver and let go of the script, which can go on.
+
+        Cars beside the centre of their lane, or faster than their driver wants, are eased there by the
+        script's next steps; after the last of them nothing is left of the plugin.
+        """
         self._detach(quietly=False)
 
     def _detach(self, *, quietly: bool) -> None:
+        if self._parting is not None:
+            return
         try:
             engine = self._hold.engine
             if self._simulation is not None and engine is not None:
@@ -258,12 +269,13 @@ class Plugin:
                 for vehicle_id in [name for name in self.vehicle_ids if name in present]:
                     self._simulation.world.release(vehicle_id)
             try:
-                self._end("the plugin was detached", quietly=quietly)
+                self._end("the plugin was detached", quietly=quietly, may_take_time=not quietly)
             finally:
                 if self._hold.engine is not None:
                     self._hold.settle()  # after the world has taken back what is its own
         finally:
-            self._hold.let_go()
+            if self._parting is None:
+                self._hold.let_go()
 
     def __enter__(self) -> Self:
         return self
@@ -275,6 +287,9 @@ class Plugin:
 
     def user_steps(self) -> None:
         """Make SUMO's next step, which the script asks for."""
+        if self._parting is not None:
+            self._parting.step()
+            return
         simulation = self._opened()
         if simulation.is_over:
             raise WorldError(
@@ -293,15 +308,25 @@ class Plugin:
 
     def user_ends(self) -> None:
         """Forget the simulation that the script ends; what was asked for holds for the next one too."""
-        self._end("the script has ended the simulation", quietly=False)
+        if not self.gives_way():
+            self._end("the script has ended the simulation", quietly=False)
 
-    def _end(self, why: str, *, quietly: bool) -> None:
+    def gives_way(self) -> bool:
+        """Let go of the script if the plugin is detached but for hand-overs under way; return whether so."""
+        if self._parting is not None:
+            self._parting.end()
+        return self._parting is not None
+
+    def _end(self, why: str, *, quietly: bool, may_take_time: bool = False) -> None:
         simulation, self._simulation = self._simulation, None
         if simulation is None:
             return
         for vehicle_id in [vehicle.vehicle_id for vehicle in simulation.state.vehicles]:
             lifecycle.release(simulation.state, vehicle_id, why)
-        simulation.close()
+        if may_take_time and not simulation.is_over:
+            self._parting = Parting.of(self._world, self._hold)
+        if self._parting is None:
+            simulation.close()
         self._released.clear()
         if self._recorder is not None:
             self._recorder.close()
@@ -312,14 +337,14 @@ class Plugin:
     def _opened(self) -> Simulation:
         """Return the simulation, made around the script's if there is none yet."""
         if self._simulation is None:
-            engine = self._hold.engine
+            engine = self._hold.engine if self._parting is None else None
             if engine is None:
                 raise WorldError(
                     "there is no simulation to take part in: start SUMO first, or attach() again"
                 )
             step_s = step_length_s(engine)
             injections = self._rules.begin(seed_of(engine) if self._seed is None else self._seed)
-            world = SumoWorld(lambda: AttachedSimulation(self._hold), step_s)
+            world = self._world = SumoWorld(lambda: AttachedSimulation(self._hold), step_s)
             painters = [ModePainter(world.paint, self._rules.safety_mode_name)] if self._colours else []
             simulation = Simulation(
                 world,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import xgv_cosim
 from tests.xgv_cosim.step_listener.conftest import Script
 from tests.xgv_cosim.step_listener.scripts import LIKE_OURS, command
 from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
+from xgv_cosim.errors import WorldError
 from xgv_cosim.step_listener import SumoOptionsWarning
 from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
 
@@ -56,8 +58,9 @@ def test_detached_while_straddling_no_ghost_stays_and_another_plugin_can_follow(
     plugin.detach()
     steps(script, 1)
     assert ghosts_of(script) == []
+    steps(script, 30)
     assert vehicle.getLateralLanePosition("ego") == pytest.approx(0.0, abs=1e-6)
-    steps(script, 120)
+    steps(script, 90)
     assert vehicle.getLanePosition("left") > 430.0  # nothing stands in its way
     assert vehicle.getSpeed("ego") > 10.0
     again = xgv_cosim.attach(script.module)
@@ -81,7 +84,7 @@ def test_ghosts_that_somebody_has_left_are_no_obstacle_to_new_ones(script: Scrip
     steps(script, 3)
     assert sorted(ghosts_of(script, plugin)) == [f"{GHOST_PREFIX}1:ego", f"{GHOST_PREFIX}2:ego"]
     plugin.detach()
-    steps(script, 1)
+    steps(script, 30)  # as long as a car is on its way to the centre, the script sees none
     assert ghosts_of(script) == [f"{GHOST_PREFIX}1:ego"]
 
 
@@ -105,37 +108,70 @@ def test_detached_after_a_crash_both_drive_on(script: Script, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("duration_s", [0, 3])
-def test_released_first_nothing_jumps_and_detach_finds_nothing_to_take_back(
-    script: Script, tmp_path: Path, duration_s: int
+@pytest.mark.parametrize("released_first", [False, True])
+def test_who_is_given_back_beside_the_centre_of_the_lane_does_not_jump(
+    script: Script, tmp_path: Path, duration_s: int, released_first: bool
 ) -> None:
-    """Point 3.3, in a session of the script's own too; ``detach`` alone jumps, as docs/limits.md says."""
+    """Point 3.3, in a session of the script's own too: lateral steps below 0.15 m, speed steps 0.2 m/s."""
+    plugin = beside_the_centre(script, tmp_path, duration_s=duration_s)
+    vehicle = script.module.vehicle
+    seen = [(vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego"))]
+    assert seen[0][0] > 0.9
+    if released_first:
+        plugin.release("ego")
+        seen += rows(script, 5)
+    plugin.detach()
+    seen += rows(script, 40)
+    lateral_m, speed_mps = (np.abs(np.diff(column)) for column in zip(*seen, strict=True))
+    assert lateral_m.max() < 0.15
+    assert speed_mps[:10].max() < 0.2  # then he accelerates with the 2.6 m/s² of his type
+    assert seen[-1][0] == pytest.approx(0.0, abs=1e-6)
+
+
+def beside_the_centre(script: Script, folder: Path, duration_s: int = 3) -> xgv_cosim.Plugin:
+    """Attach, and have the bound ``ego`` 1.2 m left of the centre of its lane."""
     options = [option for option in LIKE_OURS if "duration" not in option]
-    config = write_config(tmp_path, car("ego", 400, 10, kind="xgv"), network("hello"))
+    config = write_config(folder, car("ego", 400, 10, kind="xgv"), network("hello"))
     script.start(command(config, options=[*options, f"--lanechange.duration={duration_s}"]))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SumoOptionsWarning)
         plugin = xgv_cosim.attach(script.module)
         plugin.bind("ego")
         steps(script, 10)
-    vehicle = script.module.vehicle
     shift_left(plugin, 1.2)
     steps(script, 2)
-    seen = [(vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego"))]
-    assert seen[0][0] > 0.9
-    plugin.release("ego")
-    for step in range(40):
-        if step == 30:
-            plugin.detach()
+    return plugin
+
+
+def rows(script: Script, number: int) -> list[tuple[float, float]]:
+    """Step, and return lateral position and speed of ``ego`` after each step."""
+    vehicle, found = script.module.vehicle, []
+    for _ in range(number):
         steps(script, 1)
-        seen.append((vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego")))
-    lateral_m, speed_mps = (np.abs(np.diff(column)) for column in zip(*seen, strict=True))
-    assert lateral_m.max() < 0.15
-    assert speed_mps[:10].max() < 0.2  # then he accelerates with the 2.6 m/s² of his type
-    assert speed_mps[30:].max() < 0.27
-    assert seen[-1][0] == pytest.approx(0.0, abs=1e-6)
+        found.append((vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego")))
+    return found
 
 
-def test_detach_alone_takes_back_at_once_what_it_eases(script: Script, tmp_path: Path) -> None:
+def test_a_car_faster_than_its_driver_wants_is_not_braked_hard_after_detach(
+    script: Script, tmp_path: Path
+) -> None:
+    plugin = attach_to(script, tmp_path, car("ego", 400, 10, kind="xgv"))
+    vehicle = script.module.vehicle
+    steps(script, 10)
+    own = vehicle.getMaxSpeed("ego"), vehicle.getTypeID("ego")
+    vehicle.setSpeedFactor("ego", 0.4)
+    seen = [(0.0, vehicle.getSpeed("ego"))]
+    plugin.detach()
+    seen += rows(script, 150)
+    assert np.abs(np.diff([speed_mps for _, speed_mps in seen])).max() < 0.2
+    assert (vehicle.getMaxSpeed("ego"), vehicle.getTypeID("ego")) == own
+    assert vehicle.getSpeedFactor("ego") == pytest.approx(0.4)
+    assert seen[-1][1] == pytest.approx(vehicle.getAllowedSpeed("ego"), abs=0.05)
+
+
+def test_a_plugin_that_leaves_with_an_error_takes_everything_back_at_once(
+    script: Script, tmp_path: Path
+) -> None:
     """The figures of docs/limits.md."""
     plugin = attach_to(script, tmp_path, car("ego", 400, 10, kind="xgv"))
     vehicle = script.module.vehicle
@@ -145,10 +181,57 @@ def test_detach_alone_takes_back_at_once_what_it_eases(script: Script, tmp_path:
     vehicle.setMaxSpeed("ego", 5.0)  # so its driver finds the car too fast
     lateral_m, speed_mps = vehicle.getLateralLanePosition("ego"), vehicle.getSpeed("ego")
     assert lateral_m > 0.4
-    plugin.detach()
+    with pytest.raises(KeyError), plugin:
+        raise KeyError
     steps(script, 1)
     assert vehicle.getLateralLanePosition("ego") == pytest.approx(0.0, abs=1e-6)
     assert speed_mps - vehicle.getSpeed("ego") == pytest.approx(0.9, abs=0.01)
+
+
+def test_after_the_last_hand_over_nothing_is_left_of_the_plugin(libsumo: ModuleType, tmp_path: Path) -> None:
+    before = dict(vars(libsumo.simulation)), dict(vars(libsumo._libsumo))
+    script = Script(libsumo)
+    plugin = beside_the_centre(script, tmp_path)
+    plugin.detach()
+    plugin.detach()  # does nothing more
+    with pytest.raises(WorldError, match="no simulation"):
+        plugin.vehicle("ego")
+    assert (dict(vars(libsumo.simulation)), dict(vars(libsumo._libsumo))) != before
+    libsumo.simulationStep(10.0)
+    assert libsumo.simulation.getTime() == pytest.approx(10.0)
+    assert libsumo.vehicle.getLateralLanePosition("ego") == pytest.approx(0.0, abs=1e-6)
+    libsumo.simulationStep()
+    assert libsumo.simulation.getTime() == pytest.approx(10.1)
+    assert (dict(vars(libsumo.simulation)), dict(vars(libsumo._libsumo))) == before
+
+
+def test_the_next_plugin_need_not_wait(script: Script, tmp_path: Path) -> None:
+    """What is under way is taken back at once then: the next one may bind the same car."""
+    beside_the_centre(script, tmp_path).detach()
+    steps(script, 3)
+    assert script.module.vehicle.getLateralLanePosition("ego") > 0.5
+    with xgv_cosim.attach(script.module) as again:
+        again.bind("ego")
+        assert script.module.vehicle.getLateralLanePosition("ego") == pytest.approx(0.0, abs=1e-6)
+        steps(script, 5)
+        assert again.vehicle_ids == ("ego",)
+
+
+@pytest.mark.parametrize("how", ["close", "load", "remove", "carry on"])
+def test_what_the_script_does_after_detach_is_its_own(script: Script, tmp_path: Path, how: str) -> None:
+    plugin = beside_the_centre(script, tmp_path)
+    plugin.detach()
+    steps(script, 2)
+    if how == "close":
+        script.module.close()
+        script.start(command(tmp_path / "t.sumocfg"), label="again")
+    elif how == "load":
+        script.module.load(command(tmp_path / "t.sumocfg")[1:])
+    elif how == "remove":
+        script.module.vehicle.remove("ego")
+    steps(script, 50)
+    assert ("ego" in script.module.vehicle.getIDList()) is (how != "remove")
+    assert script.module.simulation.getTime() == pytest.approx(6.4 if how in {"remove", "carry on"} else 5.0)
 
 
 @pytest.mark.parametrize("released_before", [False, True])

@@ -150,6 +150,7 @@ def test_a_domain_kept_from_before_shows_none_and_after_detach_sumo_answers_itse
     assert set(kept.getIDList()) == CARS
     assert kept.getIDCount() == 3
     plugin.detach()
+    steps(script, 40)  # it has left when the car is at the centre of its lane
     script.module.vehicle.add(f"{GHOST_PREFIX}9:mine", GHOST_PREFIX + "road")
     assert f"{GHOST_PREFIX}9:mine" in script.module.vehicle.getLoadedIDList()
 

@@ -90,17 +90,24 @@ class Bindings:
         self._forget_lanes(vehicle_id)
         self._switching.forget(vehicle_id)
 
+    @property
+    def is_handing_over(self) -> bool:
+        """Return whether a hand-over to SUMO's driver has not ended."""
+        return self._switching.is_under_way
+
+    def part(self) -> None:
+        """Take back what needs no time: ghosts go, who is held (a wreck, a car off the road) drives on."""
+        self.ghosts.drop_lost()
+        self.ghosts.show(())
+        self._held.let_all_drive(frozenset(self._engine.vehicle.getIDList()))
+
     def settle(self) -> None:
         """Leave nothing of ours behind: SUMO goes on without us.
 
-        What eases hand-overs is taken back, so cars beside their lane's centre are on it at once; ghosts go;
-        who is held (a wreck, a car off the road) is SUMO's driver's again.
+        What eases hand-overs is taken back too, so cars beside their lane's centre are on it at once.
         """
-        self.ghosts.drop_lost()
-        self.ghosts.show(())
-        present = frozenset(self._engine.vehicle.getIDList())
-        self._switching.settle(present)
-        self._held.let_all_drive(present)
+        self.part()
+        self._switching.settle(frozenset(self._engine.vehicle.getIDList()))
 
     def after_step(self) -> None:
         """Set right what SUMO's step has left, before anybody reads it."""

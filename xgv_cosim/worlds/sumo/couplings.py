@@ -260,6 +260,16 @@ class LateralEasing:
         """The computer takes the wheel, or the vehicle is gone."""
         self._offsets_m.pop(vehicle_id, None)
 
+    @property
+    def is_at_work(self) -> bool:
+        """Return whether somebody is not at the centre."""
+        return any(self._offsets_m.values())
+
+    @property
+    def pending(self) -> Collection[str]:
+        """Return who may not be at the centre yet."""
+        return self._offsets_m.keys()
+
     def settle(self, present: Collection[str]) -> None:
         """Have all who are there at the centre: nobody will move them on."""
         for vehicle_id in self._offsets_m:

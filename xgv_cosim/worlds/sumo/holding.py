@@ -32,6 +32,10 @@ class Holder(Protocol):
         """The script is about to end its simulation, or to put another state in its place."""
         ...
 
+    def gives_way(self) -> bool:
+        """Let go for somebody else if there is nothing left to do but to take leave; return whether so."""
+        ...
+
 
 class Hold(Protocol):
     """The script's hold on SUMO, shared."""
@@ -51,6 +55,10 @@ class Hold(Protocol):
 
     def let_go(self) -> None:
         """Give everything back as it was."""
+        ...
+
+    def let_go_soon(self) -> None:
+        """Let go before the script's next call that steps: this one is under way."""
         ...
 
 
@@ -105,12 +113,13 @@ class LibsumoHold:
     held_by: ClassVar[LibsumoHold | None] = None
 
     def __init__(self, holder: Holder) -> None:
-        if LibsumoHold.held_by is not None:
+        if LibsumoHold.held_by is not None and not LibsumoHold.held_by.gives_way():
             raise WorldError("libsumo is attached already; use that plugin, or detach() it first")
         self._libsumo = sys.modules["libsumo"]
         self._holder = holder
         self._original: Callable[[float], None]
         self._stepping = False
+        self._lets_go = False
         self._patches = Patches()
         native = sys.modules["libsumo._libsumo"]  # where every way through libsumo's Python ends
         self._with_ghosts = _as_it_is(self._libsumo, native)
@@ -140,6 +149,14 @@ class LibsumoHold:
     def settle(self) -> None:
         """Do nothing: libsumo has it already."""
 
+    def gives_way(self) -> bool:
+        """Return whether the holder has let go now, see ``Holder``."""
+        return self._holder.gives_way()
+
+    def let_go_soon(self) -> None:
+        """Let go before the script's next call that steps."""
+        self._lets_go = True
+
     def let_go(self) -> None:
         """Put libsumo's functions back; a script that kept a wrapper finds that it only passes on."""
         if LibsumoHold.held_by is self:
@@ -159,6 +176,8 @@ class LibsumoHold:
         self._original = original
 
         def step(time: float = 0.0) -> None:
+            if self._lets_go:
+                self.let_go()
             is_ours = LibsumoHold.held_by is self and not self._stepping and self._libsumo.isLoaded()
             num_steps = num_steps_to(time, self._libsumo) if is_ours else 0
             if not num_steps:

@@ -104,7 +104,7 @@ class Session:
 
     def __init__(self, config_file: Path, *, step_s: float, seed: int, options: tuple[str, ...] = ()) -> None:
         self.engine: ModuleType = load_libsumo()
-        if LibsumoHold.held_by is not None:
+        if LibsumoHold.held_by is not None and not LibsumoHold.held_by.gives_way():
             raise WorldError(
                 "libsumo is attached to a script in this process (xgv_cosim.attach); detach() that first"
             )

@@ -44,6 +44,9 @@ class SocketHold:
         self._engine: SocketEngine | None = None
         self._answers: list[Any] = []
         self._is_stepping = False
+        self._lets_go = False
+        for other in [other for other in self.everybody if other._is_in_the_way_of(self, given)]:
+            other._holder.gives_way()
         if self._follows_all and any(other._follows_all for other in self.everybody):
             raise WorldError("traci is attached already; use that plugin, or detach() it first")
         self._original: Callable[..., Any]
@@ -89,6 +92,10 @@ class SocketHold:
             self._engine.send()
             self._engine.forget()
 
+    def let_go_soon(self) -> None:
+        """Let go before the script's next call that steps."""
+        self._lets_go = True
+
     def let_go(self) -> None:
         """Put traci back; a script that kept a wrapper finds that it only passes on."""
         if self in self.everybody:
@@ -99,6 +106,13 @@ class SocketHold:
     def _take_current(self) -> None:
         if self._home.has("") and not self._is_taken(self._home.check()):
             self._take(self._home.check())
+
+    def _is_in_the_way_of(self, other: SocketHold, given: object) -> bool:
+        """Return whether a new hold on ``given`` asks for what this one holds."""
+        if other._follows_all:
+            current = self._home.check() if self._home.has("") else None
+            return self._follows_all or self._connection is current
+        return self._connection is given
 
     def _is_taken(self, connection: object) -> bool:
         """Return whether somebody else holds a connection, or waits for one with its label."""
@@ -142,6 +156,8 @@ class SocketHold:
         self._original = original
 
         def simulation_step(connection: Any, step: float = 0.0) -> Any:  # noqa: ANN401 - traci carries no types
+            if self._lets_go:
+                self.let_go()
             engine = self.engine if not self._is_stepping and self._holds(connection) else None
             num_steps = num_steps_to(step, engine) if engine else 0
             if engine is None or not num_steps:

@@ -53,8 +53,16 @@ class Switching:
         """Return whether a vehicle that the world's driver steers is not at its lane's centre yet."""
         return self._lateral.is_under_way(vehicle_id)
 
+    @property
+    def is_under_way(self) -> bool:
+        """Return whether a hand-over to SUMO's driver has not ended."""
+        return self._lateral.is_at_work or self._speed.is_at_work
+
     def advance(self, before: Snapshot) -> None:
         """Tell SUMO what is under way for the coming step, seen from the state before it."""
+        if self._lateral.pending:  # a script may have taken somebody away
+            for gone in set(self._lateral.pending).difference(self._engine.vehicle.getIDList()):
+                self._lateral.end(gone)
         self._lateral.advance()
         self._speed.advance(before)
 

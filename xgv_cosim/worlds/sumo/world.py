@@ -301,6 +301,21 @@ class SumoWorld:
                 self._own_colours[vehicle_id] = vehicle.getColor(vehicle_id)
             vehicle.setColor(vehicle_id, self._own_colours[vehicle_id] if rgb is None else (*rgb, 255))
 
+    @property
+    def is_handing_over(self) -> bool:
+        """Return whether a hand-over to SUMO's driver has not ended."""
+        return self._bindings.is_handing_over
+
+    def part(self) -> None:
+        """Take back what needs no time, when nobody is bound any more; ``close`` takes back the rest.
+
+        Raises:
+            WorldError: The world is closed.
+        """
+        session = self._open()
+        with session.failures():
+            self._bindings.part()
+
     def close(self) -> None:
         """End the simulation; does nothing when it is closed."""
         if self._session is not None:
