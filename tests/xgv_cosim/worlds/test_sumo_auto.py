@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ from tests.contracts.world_contract import ahead, nobody, place, stay
 from tests.xgv_cosim.worlds.sumo_networks import plain_network
 from tests.xgv_cosim.worlds.sumo_traffic import car, write_config
 from xgv_cosim.actuation import CouplingKind
-from xgv_cosim.worlds.sumo.automatic import SETTLING_STEPS, TOLERANCE_M, TOLERANCE_RAD, Choice
+from xgv_cosim.worlds.sumo.placing import SETTLING_STEPS, TOLERANCE_M, TOLERANCE_RAD
 from xgv_cosim.worlds.sumo.world import SumoWorld
 
 if TYPE_CHECKING:
@@ -94,11 +95,14 @@ def test_reverse_is_placed_freely_and_standing_is_mirrored(sumo: NewWorld) -> No
     assert drive.snapshot.lane_position_m[row] == pytest.approx(before - 0.1, abs=1e-6)
 
 
-def test_what_sumo_does_otherwise_than_foreseen_is_learnt_from() -> None:
-    choice = Choice()
-    assert [choice.mirrors(True) for _ in range(SETTLING_STEPS)][-1]
-    choice.refuse()
-    again = [choice.mirrors(True) for _ in range(12 * SETTLING_STEPS)]
+def test_what_sumo_does_otherwise_than_foreseen_is_learnt_from(sumo: NewWorld) -> None:
+    drive = Drive(sumo(EGO))
+    for _ in range(2 * SETTLING_STEPS):
+        mirrored = drive.step(0.2)
+    assert mirrored
+    off = replace(drive.snapshot, placement_error_m=np.full(len(drive.snapshot.ids), 2.0 * TOLERANCE_M))
+    drive.world._bindings.learn(off)
+    again = [drive.step(0.2) for _ in range(12 * SETTLING_STEPS)]
     assert again.index(True) == 11 * SETTLING_STEPS - 1
 
 

@@ -14,8 +14,8 @@ from tests.xgv_cosim.worlds.sumo_drivers import WeavingDrivers
 from tests.xgv_cosim.worlds.sumo_networks import signalised_grid
 from tests.xgv_cosim.worlds.sumo_traffic import write_config
 from xgv_cosim.actuation import CouplingKind
-from xgv_cosim.worlds.sumo.automatic import TOLERANCE_M, TOLERANCE_RAD
 from xgv_cosim.worlds.sumo.libraries import load_libsumo
+from xgv_cosim.worlds.sumo.placing import TOLERANCE_M, TOLERANCE_RAD
 from xgv_cosim.worlds.sumo.world import SumoWorld
 
 if TYPE_CHECKING:

@@ -6,25 +6,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from xgv_cosim.errors import WorldError
-from xgv_cosim.worlds.sumo.automatic import TOLERANCE_M, TOLERANCE_RAD, is_exact
-from xgv_cosim.worlds.sumo.choosing import Binding, Choosing
-from xgv_cosim.worlds.sumo.couplings import NO_SPEED_CHECKS, Target
+from xgv_cosim.worlds.sumo.choosing import Couplings, told
+from xgv_cosim.worlds.sumo.couplings import Targets
 from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.held import Held
-from xgv_cosim.worlds.sumo.lane_frame import InLane, LaneFrames
+from xgv_cosim.worlds.sumo.placing import TOLERANCE_M, TOLERANCE_RAD, Seen, Wanted, Way, Yields, decide
+from xgv_cosim.worlds.sumo.roster import Roster
 from xgv_cosim.worlds.sumo.route_ends import RouteEnds
-from xgv_cosim.worlds.sumo.standstill import Standstill
+from xgv_cosim.worlds.sumo.standstill import PERIOD_S, Standstill
 from xgv_cosim.worlds.sumo.straddling import Owners, Straddling
 from xgv_cosim.worlds.sumo.switching import Switching
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from xgv_cosim.actuation import CouplingKind
     from xgv_cosim.columns import BoolColumn, IntColumn
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.base import Placement
     from xgv_cosim.worlds.sumo.engine import Engine
     from xgv_cosim.worlds.sumo.handover import HeadingEasing
+    from xgv_cosim.worlds.sumo.lane_table import Table
     from xgv_cosim.worlds.sumo.road import SumoRoad
 
 
@@ -32,16 +34,18 @@ class Bindings:
     """Writes every bound vehicle with the coupling that its ownership asks for."""
 
     def __init__(self, engine: Engine, road: SumoRoad, step_s: float, *, with_ghosts: bool = True) -> None:
-        self.bound: dict[str, Binding] = {}
+        self.bound = Roster()
         self._engine = engine
         self._step_s = step_s
-        self._choosing = Choosing(engine, step_s)
-        self._switching = Switching(engine, road, step_s, self._choosing)
+        self._tables = road.tables
+        self._notes: list[tuple[str, str]] = []
+        self._couplings = Couplings(engine, step_s)
+        self._switching = Switching(engine, road, step_s, self._couplings)
         self._ends = RouteEnds(engine, road, step_s)
-        self._frames = LaneFrames(road)
         self._straddling = Straddling(road) if with_ghosts else None
         self._standstill = Standstill(engine, step_s)
-        self._held = Held(engine, self._choosing.free, self._standstill)
+        self._held = Held(engine, self._couplings.free, self._standstill)
+        self._in_lane_frame: frozenset[str] = frozenset()
         self.ghosts = Ghosts(engine, road, self._standstill)
 
     @property
@@ -56,7 +60,7 @@ class Bindings:
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in; SUMO drives it until the next step."""
         self._held.forget(vehicle_id)
-        self.bound[vehicle_id] = Binding(kind)
+        self.bound.add(vehicle_id, kind)
 
     def give_back(self, vehicle_id: str, now: Snapshot) -> None:
         """Leave a vehicle to SUMO's driver for good.
@@ -68,26 +72,20 @@ class Bindings:
         row = now.index_of.get(vehicle_id)
         off_road = row is not None and now.lane[row] < 0
         off_road = off_road and not self._engine.vehicle.isStoppedParking(vehicle_id)
-        driver = self._choosing.free if off_road else self._choosing.world_driver
-        self._switching.switch(vehicle_id, self.bound[vehicle_id], driver, now)
-        del self.bound[vehicle_id]
-        self._forget_lanes(vehicle_id)
+        before, after = self.bound.way_of(vehicle_id), Way.FREE if off_road else Way.WORLD_DRIVER
+        if before is not after:
+            self._switching.switch(vehicle_id, before, after, now)
+        self.bound.remove(vehicle_id)
         if row is not None and off_road:
-            told = "released off the road, where SUMO drives nobody: stands there"
-            self._choosing.notes.append((vehicle_id, told))
+            told_of = "released off the road, where SUMO drives nobody: stands there"
+            self._notes.append((vehicle_id, told_of))
             self.hold(vehicle_id, now, row)
-
-    def _forget_lanes(self, vehicle_id: str) -> None:
-        self._frames.forget(vehicle_id)
-        if self._straddling is not None:
-            self._straddling.forget(vehicle_id)
 
     def forget(self, vehicle_id: str) -> None:
         """Drop a vehicle that SUMO has no longer."""
-        self.bound.pop(vehicle_id, None)
+        self.bound.remove(vehicle_id)
         self._held.forget(vehicle_id)
         self._standstill.forget(vehicle_id)
-        self._forget_lanes(vehicle_id)
         self._switching.forget(vehicle_id)
 
     @property
@@ -116,8 +114,8 @@ class Bindings:
 
     def take_notes(self) -> tuple[tuple[str, str], ...]:
         """Return what happened since the last call."""
-        notes = tuple(self._choosing.notes)
-        self._choosing.notes.clear()
+        notes = tuple(self._notes)
+        self._notes.clear()
         return notes
 
     def write(self, placement: Placement, before: Snapshot) -> None:
@@ -126,122 +124,122 @@ class Bindings:
         Raises:
             WorldError: One of them is not bound; none has been written then.
         """
-        for vehicle_id in placement.ids:
-            if vehicle_id not in self.bound:
-                raise WorldError(f"vehicle {vehicle_id!r} is placed but not bound; bind it first")
+        roster = self.bound.in_order_of(placement.ids)
         if not before.ids:
             return
         self._held.write(before)
-        rows = np.array([before.index_of.get(vehicle_id, -1) for vehicle_id in placement.ids], np.int64)
-        ends_route = self._ends.reached(placement, before, rows)
-        in_lane = self._in_lane(placement, before, rows)
-        leads_on = self._ends.lead_on(placement, before, rows) | ends_route
-        along_m = in_lane.position_m - before.lane_position_m[rows]
-        exact = is_exact(in_lane, along_m, at_rest=placement.speed_mps == 0.0) & leads_on
-        inside = ~(np.abs(in_lane.body_lateral_m) > 0.5 * in_lane.width_m)
-        freely = np.zeros(len(rows), np.bool_)
-        choosing = self._choosing
-        for number, vehicle_id in enumerate(placement.ids):
-            binding = self.bound[vehicle_id]
-            if rows[number] < 0:
-                continue  # SUMO holds it outside the net for the moment
-            coupling = choosing.asked_for(
-                binding, bool(placement.computer_speed[number]), bool(placement.computer_steering[number])
-            )
-            if coupling is choosing.mirror:
-                coupling = choosing.mirror if binding.choice.mirrors(bool(exact[number])) else choosing.free
-                binding.gives_way = ""
-            elif coupling is choosing.free:
-                binding.gives_way = ""
-            else:
-                coupling = choosing.possible(
-                    vehicle_id,
-                    binding,
-                    coupling,
-                    off_road=before.lane[rows[number]] < 0,
-                    outside=not inside[number] and not ends_route[number],
-                    reverses=placement.travelled_m[number] < 0.0,
-                    leads_on=bool(leads_on[number]),
-                )
-            on_road = before.lane[rows[number]] >= 0
-            if choosing.is_changing_lanes(vehicle_id, binding, coupling) and on_road:
-                coupling = choosing.change_ending if coupling is not choosing.car_following else coupling
-            self._switching.switch(vehicle_id, binding, coupling, before)
-            freely[number] = coupling is choosing.free
-            row = rows[number]
-            ours = coupling.speed_mode == NO_SPEED_CHECKS
-            at_rest = ours and placement.speed_mps[number] == 0.0 == before.speed_mps[row]
-            if self._standstill.is_due(vehicle_id, at_rest=bool(at_rest)):
-                self._standstill.stir(
-                    vehicle_id,
-                    float(before.front_x_m[row]),
-                    float(before.front_y_m[row]),
-                    float(before.heading_rad[row]),
-                )
-                continue
-            coupling.write(
-                Target(
-                    vehicle_id,
-                    float(placement.front_x_m[number]),
-                    float(placement.front_y_m[number]),
-                    float(placement.heading_rad[number]),
-                    float(placement.speed_mps[number]),
-                    float(placement.travelled_m[number]),
-                    float(along_m[number]),
-                    float(in_lane.lateral_m[number]),
-                    bool(ends_route[number]),
-                )
-            )
-        self._show_ghosts(placement, before, rows, in_lane, freely)
+        rows = before.rows_of(placement.ids)
+        seen = self._seen(placement, before, rows)
+        wanted = Wanted(*placement[1:])
+        found = decide(self._tables, roster, seen, wanted, self._step_s)
+        for number in np.flatnonzero(found["tells"]).tolist():
+            self._notes.append((placement.ids[number], told(Yields(roster["yields"][number]))))
+        for number in np.flatnonzero(found["may_change_lane"]).tolist():
+            self._see_lane_change_through(placement.ids[number], roster, found, number, seen)
+        for number in np.flatnonzero(seen.is_here & (found["way"] != roster["way"])).tolist():
+            was, now = Way(roster["way"][number]), Way(found["way"][number])
+            self._switching.switch(placement.ids[number], was, now, before)
+        roster["way"] = found["way"]
+        stirred = seen.is_here & (roster["rest_steps"] * self._step_s >= PERIOD_S)
+        for number in np.flatnonzero(stirred).tolist():
+            self._stir(placement.ids[number], before, int(rows[number]))
+        roster["rest_steps"][stirred] = 0
+        ways = np.where(seen.is_here & ~stirred, found["way"], Way.NONE)
+        for way in Way:
+            chosen = np.flatnonzero(ways == way)
+            if way and len(chosen):
+                self._couplings.by_way[way].write(_targets(placement, found, seen.ends_route, chosen))
+        in_lane = np.flatnonzero((ways == Way.LANE) | (ways == Way.MIRROR)).tolist()
+        self._in_lane_frame = frozenset([placement.ids[number] for number in in_lane])
+        self._show_ghosts(placement, before, rows, roster, found)
         self._switching.advance(before)
 
+    def _seen(self, placement: Placement, before: Snapshot, rows: IntColumn) -> Seen:
+        """Return the placed vehicles as SUMO has them before the step."""
+        is_here = rows >= 0
+        lane, next_lane = before.lane[rows], before.next_lane[rows]
+        if not is_here.all():
+            lane, next_lane = np.where(is_here, lane, -1), np.where(is_here, next_lane, -1)
+        position_m = before.lane_position_m[rows]
+        return Seen(
+            is_here,
+            lane,
+            next_lane,
+            position_m,
+            before.speed_mps[rows],
+            before.length_m[rows],
+            before.width_m[rows],
+            self._ends.reached(placement, lane, next_lane, position_m),
+        )
+
+    def _see_lane_change_through(
+        self, vehicle_id: str, roster: Table, found: Table, number: int, seen: Seen
+    ) -> None:
+        """Let SUMO end a lane change of its driver, from whom the computer has taken the wheel."""
+        changes = self._engine.vehicle.getLateralSpeed(vehicle_id) != 0.0
+        roster["changes_lane"][number] = changes
+        if changes and seen.lane[number] >= 0 and found["way"][number] != Way.CAR_FOLLOWING:
+            found["way"][number] = Way.LANE_CHANGE_ENDING
+
+    def _stir(self, vehicle_id: str, before: Snapshot, row: int) -> None:
+        place = before.front_x_m[row], before.front_y_m[row], before.heading_rad[row]
+        self._standstill.stir(vehicle_id, *map(float, place))
+
     def _show_ghosts(
-        self,
-        placement: Placement,
-        before: Snapshot,
-        rows: IntColumn,
-        in_lane: InLane,
-        freely: BoolColumn,
+        self, placement: Placement, before: Snapshot, rows: IntColumn, roster: Table, found: Table
     ) -> None:
         """Have ghosts where bodies reach into further lanes; SUMO's own driver sees to his lane changes."""
         if self._straddling is None:
             return
-        by_plant = placement.computer_steering.copy()
-        poses = [placement.front_x_m.copy(), placement.front_y_m.copy(), placement.heading_rad.copy()]
-        for number, name in enumerate(placement.ids):
-            if rows[number] >= 0 and self._switching.is_on_way_to_centre(name):
-                by_plant[number] = True  # the driver's, but SUMO does not know of this way across the line
-                row, way_m = rows[number], before.speed_mps[rows[number]] * self._step_s
-                poses[0][number] = before.front_x_m[row] + way_m * np.cos(before.heading_rad[row])
-                poses[1][number] = before.front_y_m[row] + way_m * np.sin(before.heading_rad[row])
-                poses[2][number] = before.heading_rad[row]
-        shown = placement._replace(front_x_m=poses[0], front_y_m=poses[1], heading_rad=poses[2])
-        owners = Owners(by_plant, freely)
-        self.ghosts.show(self._straddling.reaches(shown, before, rows, in_lane, owners, self.ghosts.standing))
+        by_plant, shown = placement.computer_steering, placement
+        if easing := self._switching.on_way_to_centre:
+            by_plant, shown = _with_easing(easing, placement, before, rows, self._step_s)
+        owners = Owners(by_plant, found["way"] == Way.FREE)
+        self.ghosts.show(
+            self._straddling.reaches(shown, before, rows, roster, found, owners, self.ghosts.standing)
+        )
 
     @property
     def in_lane_frame(self) -> frozenset[str]:
         """Return who was written as speed and lateral position in its lane in the last step."""
-        own = {self._choosing.lane, self._choosing.mirror}
-        return frozenset(name for name, binding in self.bound.items() if binding.coupling in own)
+        return self._in_lane_frame
 
     def learn(self, after: Snapshot) -> None:
         """Place those freely for a while whom SUMO has further from the plant's pose than was foreseen."""
         wrong = (after.placement_error_m > TOLERANCE_M) | (after.placement_error_rad > TOLERANCE_RAD)
         for row in np.flatnonzero(wrong & after.in_lane_frame).tolist():
-            binding = self.bound.get(after.ids[row])
-            if binding is not None:
-                binding.choice.refuse()
+            self.bound.refuse_mirror(after.ids[row])
 
-    def _in_lane(self, placement: Placement, before: Snapshot, rows: IntColumn) -> InLane:
-        """Return where the placed vehicles lie in their lanes; 0 for whom SUMO has nowhere."""
-        here = rows >= 0
-        self._frames.follow(
-            placement.ids, np.where(here, before.lane[rows], -1), np.where(here, before.next_lane[rows], -1)
-        )
-        columns = InLane(*(np.zeros(len(rows)) for _ in InLane._fields))
-        asked = np.flatnonzero(here)
-        found = self._frames.project(placement, before, rows[asked], asked)
-        for column, values in zip(columns, found, strict=True):
-            column[asked] = values
-        return columns
+
+def _with_easing(
+    easing: Collection[str], placement: Placement, before: Snapshot, rows: IntColumn, step_s: float
+) -> tuple[BoolColumn, Placement]:
+    """Return whose place across the lane is ours, and where they are, with those on their way to the centre.
+
+    These are their driver's, but SUMO does not know of this way across the line.
+    """
+    by_plant = placement.computer_steering.copy()
+    x_m, y_m, heading_rad = (column.copy() for column in placement[1:4])
+    for number, name in enumerate(placement.ids):
+        if rows[number] >= 0 and name in easing:
+            by_plant[number] = True
+            row, way_m = rows[number], before.speed_mps[rows[number]] * step_s
+            x_m[number] = before.front_x_m[row] + way_m * np.cos(before.heading_rad[row])
+            y_m[number] = before.front_y_m[row] + way_m * np.sin(before.heading_rad[row])
+            heading_rad[number] = before.heading_rad[row]
+    return by_plant, placement._replace(front_x_m=x_m, front_y_m=y_m, heading_rad=heading_rad)
+
+
+def _targets(placement: Placement, found: Table, ends_route: BoolColumn, chosen: IntColumn) -> Targets:
+    """Return what is wanted of some of the placed vehicles."""
+    return Targets(
+        [placement.ids[number] for number in chosen.tolist()],
+        placement.front_x_m[chosen].tolist(),
+        placement.front_y_m[chosen].tolist(),
+        placement.heading_rad[chosen].tolist(),
+        placement.speed_mps[chosen].tolist(),
+        placement.travelled_m[chosen].tolist(),
+        found["along_m"][chosen].tolist(),
+        found["lateral_m"][chosen].tolist(),
+        ends_route[chosen].tolist(),
+    )

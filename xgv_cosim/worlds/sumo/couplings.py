@@ -24,10 +24,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from xgv_cosim.worlds.sumo.frames import angle_to_sumo
+import numpy as np
+
+from xgv_cosim.worlds.sumo.frames import angle_to_sumo, angles_to_sumo
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
 
     from xgv_cosim.worlds.sumo.engine import Engine
 
@@ -51,25 +53,30 @@ EASING_RATE_MPS = 0.5
 """How fast the world's driver brings a car back to the centre of its lane."""
 
 
-class Target(NamedTuple):
-    """Where the plant wants one vehicle at the end of the step."""
+class Targets(NamedTuple):
+    """Where the plant wants some vehicles at the end of the step; lists of one length, for calls one by one."""
 
-    vehicle_id: str
-    front_x_m: float
-    front_y_m: float
-    heading_rad: float
-    speed_mps: float
-    travelled_m: float
-    along_m: float
+    ids: Sequence[str]
+    front_x_m: Sequence[float]
+    front_y_m: Sequence[float]
+    heading_rad: Sequence[float]
+    speed_mps: Sequence[float]
+    travelled_m: Sequence[float]
+    along_m: Sequence[float]
     """Distance along the lane from where SUMO has the front bumper to where the plant puts it."""
-    lateral_m: float
+    lateral_m: Sequence[float]
     """Offset of the front bumper from the lane's centre line, positive left."""
-    ends_route: bool
+    ends_route: Sequence[bool]
     """The route ends within this step."""
 
 
+def standing(vehicle_id: str, front_x_m: float, front_y_m: float, heading_rad: float) -> Targets:
+    """Return the target of one vehicle that is to stay at a place."""
+    return Targets([vehicle_id], [front_x_m], [front_y_m], [heading_rad], [0.0], [0.0], [0.0], [0.0], [False])
+
+
 class Coupling(Protocol):
-    """One way to write a vehicle."""
+    """One way to write vehicles."""
 
     @property
     def speed_mode(self) -> int:
@@ -81,7 +88,7 @@ class Coupling(Protocol):
         """Return which lane changes SUMO may make."""
         ...
 
-    def write(self, target: Target) -> None:
+    def write(self, targets: Targets) -> None:
         """Tell SUMO what the plant wants for the coming step."""
         ...
 
@@ -100,24 +107,25 @@ class FreeCoupling:
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
-    def write(self, target: Target) -> None:
-        """Place the vehicle and report its speed; SUMO knows no reverse, so that is reported as 0."""
-        vehicle = self.engine.vehicle
-        if target.ends_route:
-            rolls_mps = max(target.speed_mps, target.travelled_m / self.step_s, 0.0)
-            vehicle.setSpeed(target.vehicle_id, rolls_mps)
-            return
-        vehicle.setSpeed(target.vehicle_id, max(target.speed_mps, 0.0))
-        vehicle.moveToXY(
-            target.vehicle_id,
-            "",
-            -1,
-            target.front_x_m,
-            target.front_y_m,
-            angle_to_sumo(target.heading_rad),
-            KEEP_ROUTE_AND_POSE,
-            MATCH_THRESHOLD_M,
-        )
+    def write(self, targets: Targets) -> None:
+        """Place the vehicles and report their speeds; SUMO knows no reverse, so that is reported as 0."""
+        set_speed, move_to = self.engine.vehicle.setSpeed, self.engine.vehicle.moveToXY
+        angles_deg = angles_to_sumo(np.array(targets.heading_rad)).tolist()
+        for name, x_m, y_m, angle_deg, speed_mps, travelled_m, ends in zip(
+            targets.ids,
+            targets.front_x_m,
+            targets.front_y_m,
+            angles_deg,
+            targets.speed_mps,
+            targets.travelled_m,
+            targets.ends_route,
+            strict=True,
+        ):
+            if ends:
+                set_speed(name, max(speed_mps, travelled_m / self.step_s, 0.0))
+            else:
+                set_speed(name, max(speed_mps, 0.0))
+                move_to(name, "", -1, x_m, y_m, angle_deg, KEEP_ROUTE_AND_POSE, MATCH_THRESHOLD_M)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,15 +137,14 @@ class LaneCoupling:
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
-    def write(self, target: Target) -> None:
-        """Move the vehicle by the distance that the plant has driven, beside the lane's centre."""
-        self.engine.vehicle.setSpeed(target.vehicle_id, max(target.travelled_m, 0.0) / self.step_s)
-        self.engine.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
+    def write(self, targets: Targets) -> None:
+        """Move the vehicles by the distance that the plant has driven, beside the lane's centre."""
+        _in_lane(self.engine, self.step_s, targets, targets.travelled_m)
 
 
 @dataclass(frozen=True, slots=True)
 class MirrorCoupling:
-    """The plant's pose in the frame of its lane, for poses that SUMO can have there (``lane_frame``).
+    """The plant's pose in the frame of its lane, for poses that SUMO can have there (``placing``).
 
     Unlike ``LaneCoupling`` it follows the pose rather than the distance driven, so that errors do not add up.
     """
@@ -147,10 +154,17 @@ class MirrorCoupling:
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
-    def write(self, target: Target) -> None:
-        """Move the vehicle to the plant's place along and across its lane."""
-        self.engine.vehicle.setSpeed(target.vehicle_id, max(target.along_m, 0.0) / self.step_s)
-        self.engine.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
+    def write(self, targets: Targets) -> None:
+        """Move the vehicles to the plant's place along and across their lanes."""
+        _in_lane(self.engine, self.step_s, targets, targets.along_m)
+
+
+def _in_lane(engine: Engine, step_s: float, targets: Targets, distances_m: Sequence[float]) -> None:
+    """Move vehicles along their lanes in one step, beside the centre."""
+    set_speed, set_lateral = engine.vehicle.setSpeed, engine.vehicle.setLateralLanePosition
+    for name, distance_m, lateral_m in zip(targets.ids, distances_m, targets.lateral_m, strict=True):
+        set_speed(name, max(distance_m, 0.0) / step_s)
+        set_lateral(name, lateral_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,12 +182,14 @@ class LaneChangeEnding:
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
-    def write(self, target: Target) -> None:
-        """Move the vehicle to the plant's place along and across its lane."""
-        vehicle = self.engine.vehicle
-        vehicle.setSpeed(target.vehicle_id, max(target.along_m, 0.0) / self.step_s)
-        own_m = vehicle.getLateralSpeed(target.vehicle_id) * self.step_s
-        vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m - own_m)
+    def write(self, targets: Targets) -> None:
+        """Move the vehicles to the plant's place along and across their lanes."""
+        sideways = self.engine.vehicle.getLateralSpeed
+        less_own_m = [
+            lateral_m - sideways(name) * self.step_s
+            for name, lateral_m in zip(targets.ids, targets.lateral_m, strict=True)
+        ]
+        _in_lane(self.engine, self.step_s, targets._replace(lateral_m=less_own_m), targets.along_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,9 +201,10 @@ class LaneKeeping:
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
-    def write(self, target: Target) -> None:
-        """Move the vehicle along its lane by the distance that the plant has driven."""
-        self.engine.vehicle.setSpeed(target.vehicle_id, max(target.travelled_m, 0.0) / self.step_s)
+    def write(self, targets: Targets) -> None:
+        """Move the vehicles along their lanes by the distance that the plant has driven."""
+        for name, travelled_m in zip(targets.ids, targets.travelled_m, strict=True):
+            self.engine.vehicle.setSpeed(name, max(travelled_m, 0.0) / self.step_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,9 +215,10 @@ class CarFollowing:
     speed_mode: int = ALL_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
-    def write(self, target: Target) -> None:
-        """Set the lateral position."""
-        self.engine.vehicle.setLateralLanePosition(target.vehicle_id, target.lateral_m)
+    def write(self, targets: Targets) -> None:
+        """Set the lateral positions."""
+        for name, lateral_m in zip(targets.ids, targets.lateral_m, strict=True):
+            self.engine.vehicle.setLateralLanePosition(name, lateral_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +228,7 @@ class WorldDriver:
     speed_mode: int = ALL_SPEED_CHECKS
     lane_change_mode: int = OWN_LANE_CHANGES
 
-    def write(self, target: Target) -> None:
+    def write(self, targets: Targets) -> None:
         """Leave everything to SUMO."""
 
 
@@ -223,22 +241,22 @@ def enter(engine: Engine, vehicle_id: str, coupling: Coupling, before: Coupling 
         engine.vehicle.setSpeed(vehicle_id, SUMO_GOVERNS_SPEED)
 
 
-def let_drive(engine: Engine, held: Target) -> None:
+def let_drive(engine: Engine, held: Targets) -> None:
     """Give a vehicle that was held to SUMO's driver, off the road on the nearest lane of its route."""
-    vehicle = engine.vehicle
-    vehicle.setSpeedMode(held.vehicle_id, ALL_SPEED_CHECKS)
-    vehicle.setLaneChangeMode(held.vehicle_id, OWN_LANE_CHANGES)
-    vehicle.setSpeed(held.vehicle_id, SUMO_GOVERNS_SPEED)
-    if vehicle.getLaneID(held.vehicle_id):
-        vehicle.setLateralLanePosition(held.vehicle_id, 0.0)
+    vehicle, (vehicle_id,) = engine.vehicle, held.ids
+    vehicle.setSpeedMode(vehicle_id, ALL_SPEED_CHECKS)
+    vehicle.setLaneChangeMode(vehicle_id, OWN_LANE_CHANGES)
+    vehicle.setSpeed(vehicle_id, SUMO_GOVERNS_SPEED)
+    if vehicle.getLaneID(vehicle_id):
+        vehicle.setLateralLanePosition(vehicle_id, 0.0)
         return
     vehicle.moveToXY(
-        held.vehicle_id,
+        vehicle_id,
         "",
         -1,
-        held.front_x_m,
-        held.front_y_m,
-        angle_to_sumo(held.heading_rad),
+        held.front_x_m[0],
+        held.front_y_m[0],
+        angle_to_sumo(held.heading_rad[0]),
         KEEP_ROUTE,
         ANYWHERE_M,
     )
@@ -276,10 +294,6 @@ class LateralEasing:
             if vehicle_id in present:
                 self.engine.vehicle.setLateralLanePosition(vehicle_id, 0.0)
         self._offsets_m.clear()
-
-    def is_under_way(self, vehicle_id: str) -> bool:
-        """Return whether a vehicle is not at the centre yet."""
-        return vehicle_id in self._offsets_m
 
     def advance(self) -> None:
         """Move every vehicle by one step's share towards the centre."""

@@ -23,3 +23,9 @@ def headings_from_sumo(angle_deg: FloatColumn) -> FloatColumn:
 def angle_to_sumo(heading_rad: float) -> float:
     """Return an angle in degrees clockwise from north, in [0, 360)."""
     return math.fmod(math.fmod(90.0 - math.degrees(heading_rad), 360.0) + 360.0, 360.0)
+
+
+def angles_to_sumo(heading_rad: FloatColumn) -> FloatColumn:
+    """Return ``angle_to_sumo`` of a column, shape ``(n,)``."""
+    angles_deg: FloatColumn = np.mod(90.0 - np.degrees(heading_rad), 360.0)
+    return angles_deg

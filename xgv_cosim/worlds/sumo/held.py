@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from xgv_cosim.worlds.sumo.couplings import FreeCoupling, Target, let_drive
+from xgv_cosim.worlds.sumo.couplings import FreeCoupling, Targets, let_drive, standing
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -21,7 +21,7 @@ class Held:
         self._engine = engine
         self._free = free
         self._standstill = standstill
-        self._targets: dict[str, Target] = {}
+        self._targets: dict[str, Targets] = {}
 
     def hold(self, vehicle_id: str, now: Snapshot, row: int) -> None:
         """Keep a vehicle that is not bound where it is."""
@@ -29,17 +29,8 @@ class Held:
             return
         self._engine.vehicle.setSpeedMode(vehicle_id, self._free.speed_mode)
         self._engine.vehicle.setLaneChangeMode(vehicle_id, self._free.lane_change_mode)
-        self._targets[vehicle_id] = Target(
-            vehicle_id,
-            float(now.front_x_m[row]),
-            float(now.front_y_m[row]),
-            float(now.heading_rad[row]),
-            speed_mps=0.0,
-            travelled_m=0.0,
-            along_m=0.0,
-            lateral_m=0.0,
-            ends_route=False,
-        )
+        place = float(now.front_x_m[row]), float(now.front_y_m[row]), float(now.heading_rad[row])
+        self._targets[vehicle_id] = standing(vehicle_id, *place)
 
     def forget(self, vehicle_id: str) -> None:
         """Hold a vehicle no longer: it is bound, or SUMO has it no longer."""
@@ -47,19 +38,18 @@ class Held:
 
     def write(self, before: Snapshot) -> None:
         """Tell SUMO to keep them where they are in the coming step."""
-        for target in self._targets.values():
-            if target.vehicle_id not in before.index_of:
+        for vehicle_id, target in self._targets.items():
+            if vehicle_id not in before.index_of:
                 continue
-            if self._standstill.is_due(target.vehicle_id, at_rest=True):
-                self._standstill.stir(
-                    target.vehicle_id, target.front_x_m, target.front_y_m, target.heading_rad
-                )
+            if self._standstill.is_due(vehicle_id, at_rest=True):
+                place = target.front_x_m[0], target.front_y_m[0], target.heading_rad[0]
+                self._standstill.stir(vehicle_id, *place)
             else:
                 self._free.write(target)
 
     def let_all_drive(self, present: Collection[str]) -> None:
         """Give all who are there to SUMO's driver."""
-        for target in self._targets.values():
-            if target.vehicle_id in present:
+        for vehicle_id, target in self._targets.items():
+            if vehicle_id in present:
                 let_drive(self._engine, target)
         self._targets.clear()

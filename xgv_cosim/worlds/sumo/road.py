@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from xgv_cosim.road import LanePoints
+from xgv_cosim.worlds.sumo.lane_table import LaneTables, tables_of
 
 if TYPE_CHECKING:
     from xgv_cosim.columns import BoolColumn, FloatColumn, FloatMatrix, IntColumn
@@ -143,6 +144,11 @@ class SumoRoad:
         """Heading from each vertex to the next; meaningless at a lane's last vertex."""
         steps = np.diff(self._vertices, axis=0, append=self._vertices[-1:])
         return np.arctan2(steps[:, 1], steps[:, 0])
+
+    @cached_property
+    def tables(self) -> LaneTables:
+        """Return the lanes for compiled code."""
+        return tables_of(self)
 
     def lane_length_m(self, lane: IntColumn) -> FloatColumn:
         """Return the length of each lane, 0 off-road."""

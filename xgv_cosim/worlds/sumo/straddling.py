@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.base import Placement
-    from xgv_cosim.worlds.sumo.lane_frame import InLane
+    from xgv_cosim.worlds.sumo.lane_table import Table
     from xgv_cosim.worlds.sumo.road import SumoRoad
 
 APPEARS_M = 0.05
@@ -54,21 +54,17 @@ class Owners(NamedTuple):
 
 @dataclass(slots=True)
 class Straddling:
-    """Finds the lanes of an edge that bodies reach into; remembers the last lane of who is off the road."""
+    """Finds the lanes of an edge that bodies reach into."""
 
     road: SumoRoad
-    _last_lane: dict[str, int] = field(default_factory=dict)
-
-    def forget(self, vehicle_id: str) -> None:
-        """Drop a vehicle."""
-        self._last_lane.pop(vehicle_id, None)
 
     def reaches(
         self,
         placement: Placement,
         before: Snapshot,
         rows: IntColumn,
-        in_lane: InLane,
+        roster: Table,
+        found: Table,
         owners: Owners,
         standing: Collection[tuple[str, int]],
     ) -> list[Reach]:
@@ -78,39 +74,34 @@ class Straddling:
             placement: Where the plant puts the vehicles.
             before: The world before the step.
             rows: Rows of the placed vehicles in ``before``, -1 where SUMO has them nowhere.
-            in_lane: The placed vehicles in the frames of their lanes.
+            roster: What is kept of them, rows of ``placing.ROSTER``; off the road the last lane counts.
+            found: Rows of ``placing.DECISION``.
             owners: Who decides on their place across the lane.
             standing: (owner, lane) of what was found in the step before.
         """
-        here = np.flatnonzero((rows >= 0) & owners.by_plant)
-        lane = np.where(rows >= 0, before.lane[rows], -1)
-        length_m, width_m = before.length_m[rows], before.width_m[rows]
-        swing_m = np.abs(in_lane.lateral_m - in_lane.body_lateral_m)  # half the length by the sine of the yaw
-        reach_m = np.abs(in_lane.body_lateral_m) + swing_m + 0.5 * width_m
-        found = []
-        for number in here[(lane[here] < 0) | (reach_m[here] > 0.5 * in_lane.width_m[here])].tolist():
-            name, now = placement.ids[number], int(lane[number])
-            one = np.array([number])
+        reaches = []
+        for number in np.flatnonzero(found["reaches_out"] & (rows >= 0) & owners.by_plant).tolist():
+            name, row = placement.ids[number], int(rows[number])
+            one, width_m = np.array([number]), before.width_m[[row]]
             front_x_m, front_y_m = placement.front_x_m[one], placement.front_y_m[one]
-            corners = corners_m(front_x_m, front_y_m, placement.heading_rad[one], length_m[one], width_m[one])
+            corners = corners_m(
+                front_x_m, front_y_m, placement.heading_rad[one], before.length_m[[row]], width_m
+            )
             points_m = np.vstack([corners[0], np.column_stack([front_x_m, front_y_m])])
-            body = _Body(name, points_m, float(width_m[number]))
-            around = now if now >= 0 else self._last_lane.get(name, -1)
+            body = _Body(name, points_m, float(width_m[0]))
+            now, around = int(before.lane[row]), int(roster["road_lane"][number])
             own = now if now >= 0 and not owners.freely[number] else None
             speed_mps = float(placement.speed_mps[number])
-            found += [
+            reaches += [
                 Reach(name, reached, front_m, speed_mps)
                 for reached, front_m in self._reached(body, around, own, standing)
             ]
-            found += [
+            reaches += [
                 Reach(name, reached, front_m, max(-speed_mps, 0.0))
                 for reached, front_m in self._oncoming(body, around, standing)
                 if reached != now
             ]
-        self._last_lane.update(
-            (placement.ids[number], int(lane[number])) for number in here if lane[number] >= 0
-        )
-        return found
+        return reaches
 
     def _reached(
         self, body: _Body, around: int, own: int | None, standing: Collection[tuple[str, int]]

@@ -4,54 +4,51 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from xgv_cosim.worlds.sumo.couplings import NO_SPEED_CHECKS, Coupling, LateralEasing, enter
+from xgv_cosim.worlds.sumo.couplings import NO_SPEED_CHECKS, LateralEasing, enter
 from xgv_cosim.worlds.sumo.handover import HeadingEasing, SpeedEasing
+from xgv_cosim.worlds.sumo.placing import Way
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from xgv_cosim.snapshot import Snapshot
-    from xgv_cosim.worlds.sumo.choosing import Binding, Choosing
+    from xgv_cosim.worlds.sumo.choosing import Couplings
     from xgv_cosim.worlds.sumo.engine import Engine
     from xgv_cosim.worlds.sumo.road import SumoRoad
+
+_STEERED_BY_DRIVER = frozenset({Way.LANE_KEEPING, Way.WORLD_DRIVER})
 
 
 class Switching:
     """Switches vehicles to other couplings, and keeps what is under way between them."""
 
-    def __init__(self, engine: Engine, road: SumoRoad, step_s: float, choosing: Choosing) -> None:
+    def __init__(self, engine: Engine, road: SumoRoad, step_s: float, couplings: Couplings) -> None:
         self._engine = engine
-        self._steered_by_driver = frozenset({choosing.lane_keeping, choosing.world_driver})
+        self._couplings = couplings.by_way
         self._lateral = LateralEasing(engine, step_s)
         self._speed = SpeedEasing(engine, road, step_s)
         self.headings = HeadingEasing(step_s)
 
-    def switch(self, vehicle_id: str, binding: Binding, coupling: Coupling, now: Snapshot) -> None:
-        """Make ``coupling`` the one that writes the vehicle; calls SUMO only on a change."""
-        if binding.coupling is coupling:
-            return
-        enter(self._engine, vehicle_id, coupling, binding.coupling)
+    def switch(self, vehicle_id: str, before: Way, after: Way, now: Snapshot) -> None:
+        """Let another coupling write the vehicle from now on; ``Way.NONE``: none did so far."""
+        coupling, left = self._couplings[after], self._couplings.get(before)
+        enter(self._engine, vehicle_id, coupling, left)
         row = now.index_of.get(vehicle_id)
         if coupling.speed_mode == NO_SPEED_CHECKS:
             self._speed.end(vehicle_id)
-        elif (
-            binding.coupling is not None
-            and binding.coupling.speed_mode == NO_SPEED_CHECKS
-            and row is not None
-        ):
+        elif left is not None and left.speed_mode == NO_SPEED_CHECKS and row is not None:
             self._speed.begin(vehicle_id, float(now.speed_mps[row]), float(now.accel_mps2[row]))
-        driver_steered = binding.coupling in self._steered_by_driver
-        if coupling not in self._steered_by_driver:
+        if after not in _STEERED_BY_DRIVER:
             self._lateral.end(vehicle_id)
             self.headings.end(vehicle_id)
-        elif binding.coupling is not None and not driver_steered:
+        elif left is not None and before not in _STEERED_BY_DRIVER:
             self._lateral.begin(vehicle_id)
             self.headings.begin(vehicle_id)
-        binding.coupling = coupling
 
-    def is_on_way_to_centre(self, vehicle_id: str) -> bool:
-        """Return whether a vehicle that the world's driver steers is not at its lane's centre yet."""
-        return self._lateral.is_under_way(vehicle_id)
+    @property
+    def on_way_to_centre(self) -> Collection[str]:
+        """Return the vehicles that the world's driver steers and that are not at their lane's centre yet."""
+        return self._lateral.pending
 
     @property
     def is_under_way(self) -> bool:
