@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+
+import numpy as np
 
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 
@@ -72,3 +75,8 @@ class Snapshot:
     def index_of(self) -> dict[str, int]:
         """Return the index of each vehicle id."""
         return {vehicle_id: index for index, vehicle_id in enumerate(self.ids)}
+
+    def rows_of(self, vehicle_ids: Iterable[str]) -> IntColumn:
+        """Return the index of each of some vehicles, -1 where it is not there."""
+        index_of = self.index_of
+        return np.array([index_of.get(vehicle_id, -1) for vehicle_id in vehicle_ids], np.int64)

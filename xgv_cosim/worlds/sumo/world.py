@@ -217,7 +217,7 @@ class SumoWorld:
         self._open()
         if vehicle_id not in self._bindings.bound:
             raise WorldError(f"vehicle {vehicle_id!r} is not bound")
-        self._bindings.bound[vehicle_id].kind = coupling
+        self._bindings.bound.set_kind(vehicle_id, coupling)
 
     def immobilise(self, vehicle_id: str) -> None:
         """Hold a vehicle that is not bound where it is now, for good or until it is bound.
