@@ -278,3 +278,45 @@ def test_a_transmitter_remembers_when_what_changed() -> None:
     assert transmitter.frame_after(0.15, 0.05) == pytest.approx(0.2)
     assert transmitter.frame_after(1.0, 0.05) == pytest.approx(1.02)
     assert transmitter.frame_after(1.02, 0.05) == pytest.approx(1.05)
+
+
+def test_a_press_that_is_due_and_unheard_is_missed_until_it_is_heard_or_let_go_xgv_68() -> None:
+    transmitter, receiver = pair(latency_s=0.2)
+    receiver.advance(1.0)
+    receiver.set_link(1.0, up=False)
+    transmitter.set(1.5, pause=True)
+    receiver.advance(1.69)
+    assert receiver.missed == RUN  # still on its way
+    receiver.advance(1.7)
+    assert receiver.missed == PAUSE
+    transmitter.set(2.0, pause=False, stop=True)
+    receiver.advance(2.2)
+    assert receiver.missed == STOP
+    receiver.set_link(2.3, up=True)
+    receiver.advance(2.5)
+    assert (receiver.heard, receiver.missed) == (STOP, RUN)
+    receiver.set_link(2.6, up=False)
+    transmitter.set(2.7, stop=False)
+    receiver.advance(3.0)
+    assert (receiver.heard, receiver.missed) == (STOP, RUN)  # an end that is missed is no missed press
+    transmitter.set(3.1, pause=True)
+    receiver.set_link(3.2, up=True)
+    receiver.advance(3.35)
+    assert (receiver.heard, receiver.missed) == (PAUSE, RUN)
+    transmitter.set(3.4, pause=False)
+    receiver.set_link(3.5, up=False)
+    receiver.advance(3.7)
+    assert (receiver.heard, receiver.missed) == (PAUSE, RUN)
+
+
+def test_a_silence_that_has_ended_at_the_transmitter_is_still_to_come_at_the_receiver() -> None:
+    """The latency is longer than the time-out: the link is lost a second after the radio has come back."""
+    transmitter, receiver = pair(latency_s=1.0)
+    transmitter.set_silent(5.02, silent=True)
+    transmitter.set_silent(5.82, silent=False)
+    assert receiver.next_change_s == pytest.approx(6.5)  # the frame of 5.00 came at 6.00
+    receiver.advance(6.5)
+    assert receiver.link is LinkStatus.NONE
+    assert receiver.next_change_s == pytest.approx(6.85)
+    receiver.advance(6.85)
+    assert receiver.link is LinkStatus.GOOD
