@@ -140,6 +140,13 @@ def test_nobody_is_his_own_neighbour() -> None:
     )
 
 
+def test_a_ghost_is_nobodys_foe_at_a_junction() -> None:
+    """Its owner is."""
+    engine: Any = None  # is not asked
+    ghost, owner = (f"{GHOST_PREFIX}7:b", 5.0), ("b", 5.0)
+    assert READINGS["vehicle", "getJunctionFoes"](engine, ("a", 50.0), (ghost, owner)) == (owner,)
+
+
 def test_a_domain_kept_from_before_shows_none_and_after_detach_sumo_answers_itself(
     script: Script, tmp_path: Path
 ) -> None:

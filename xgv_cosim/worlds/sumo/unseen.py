@@ -63,6 +63,10 @@ def _owners(engine: Engine, args: tuple[Any, ...], found: Seen) -> Seen:
     return tuple(other for other in seen if other != NOBODY)
 
 
+def _real_foes(_engine: Engine, _args: tuple[Any, ...], found: Seen) -> Seen:
+    return tuple(foe for foe in found if not is_ghost(foe[0]))
+
+
 def _real_collisions(_engine: Engine, _args: tuple[Any, ...], found: Seen) -> Seen:
     return tuple(one for one in found if not (is_ghost(one.collider) or is_ghost(one.victim)))
 
@@ -100,6 +104,7 @@ def _readings() -> Iterable[tuple[str, str, Reading]]:
     yield "vehicle", "getLeader", _owner
     yield "vehicle", "getFollower", _owner
     yield "vehicle", "getNeighbors", _owners
+    yield "vehicle", "getJunctionFoes", _real_foes
     for what in (
         "Loaded", "Departed", "Arrived", "StartingTeleport", "EndingTeleport", "CollidingVehicles",
         "EmergencyStoppingVehicles", "ParkingStartingVehicles", "ParkingEndingVehicles",
