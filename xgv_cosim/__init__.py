@@ -25,8 +25,10 @@ from xgv_cosim.errors import (
 
 if TYPE_CHECKING:
     from xgv_cosim.entry import run, simulate
+    from xgv_cosim.plugin import Plugin
+    from xgv_cosim.script_warnings import SumoOptionsWarning
     from xgv_cosim.simulation import Simulation, VehicleHandle
-    from xgv_cosim.step_listener import Plugin, SumoOptionsWarning, attach
+    from xgv_cosim.step_listener import attach
 
 __all__ = [
     "CommandError",
@@ -50,9 +52,9 @@ __all__ = [
 ]
 
 _LAZY = {
-    "Plugin": "xgv_cosim.step_listener",
+    "Plugin": "xgv_cosim.plugin",
     "Simulation": "xgv_cosim.simulation",
-    "SumoOptionsWarning": "xgv_cosim.step_listener",
+    "SumoOptionsWarning": "xgv_cosim.script_warnings",
     "VehicleHandle": "xgv_cosim.simulation",
     "attach": "xgv_cosim.step_listener",
     "run": "xgv_cosim.entry",

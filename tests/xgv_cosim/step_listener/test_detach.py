@@ -14,7 +14,7 @@ from tests.xgv_cosim.step_listener.conftest import Script
 from tests.xgv_cosim.step_listener.scripts import LIKE_OURS, command
 from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.errors import WorldError
-from xgv_cosim.step_listener import SumoOptionsWarning
+from xgv_cosim.script_warnings import SumoOptionsWarning
 from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
 
 

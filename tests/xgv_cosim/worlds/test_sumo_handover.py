@@ -220,7 +220,7 @@ def libsumo() -> Iterator[ModuleType]:
         module.close()
 
 
-@pytest.mark.filterwarnings("ignore::xgv_cosim.step_listener.SumoOptionsWarning")
+@pytest.mark.filterwarnings("ignore::xgv_cosim.script_warnings.SumoOptionsWarning")
 @pytest.mark.parametrize("detached", [False, True])
 def test_under_attach(tmp_path: Path, libsumo: ModuleType, detached: bool) -> None:
     """Point 3.3: released gently, also if the plugin is detached before that has ended."""
