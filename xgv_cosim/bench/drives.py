@@ -48,6 +48,8 @@ WARM_UP_STEPS = 150
 """Traffic settles; nothing of it counts."""
 HAND_OVER_STEPS = 15
 """The cars are bound and get their first commands; nothing of it counts."""
+DRIVER_STEPS = 3
+"""Of these, the first so many are the world's driver's, so that the plant has the curvature of the turn."""
 SIGHT_STEPS = 10
 """The recording goes on for so long after the last step."""
 SENDER = JausAddress(100, 1, 2, 1)
@@ -224,7 +226,7 @@ def drive_bound(
             fleet = _Fleet(sim, recording, extras)
             fleet.bind(how.coupling)
             for step in range(HAND_OVER_STEPS):
-                fleet.send(step, first=step == 0)
+                fleet.send(step)
                 sim.step()
             fleet.require_driving()
             return _timed(fleet, world, setup.steps, steady=how.steady, watched=log is not None)
@@ -288,12 +290,13 @@ class _Fleet:
                 client = self.extras.clients[name]
                 client.speed_mps, client.curvature_per_m = target
 
-    def send(self, step: int, *, first: bool) -> None:
+    def send(self, step: int) -> None:
         """Command every car by a message of its own, the first time with control and readiness before it."""
         wanted = self.targets(step)
         self.tell_clients(wanted)
-        if self.extras.drives_itself or self.extras.clients:
+        if self.extras.drives_itself or self.extras.clients or step < DRIVER_STEPS:
             return
+        first = step == DRIVER_STEPS
         for name, speed_mps, curvature_per_m in zip(
             self.recording.ids, *(column.tolist() for column in wanted), strict=True
         ):

@@ -10,11 +10,11 @@ import numpy as np
 if TYPE_CHECKING:
     from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
 
-REACTION_S = 0.35
+REACTION_S = 0.25
 """From a new target until the wheels and the yaw follow it: the car is steered where it will be then."""
-PULL_M = 3.0
+PULL_M = 4.0
 """Way in which a car that is beside its way comes back to it, at low speed."""
-PULL_S = 1.1
+PULL_S = 1.7
 """And time, at high speed."""
 CATCH_UP_PER_S = 0.5
 LONGEST_LAG_M = 8.0

@@ -17,7 +17,8 @@ _FREEWAY_EDGE_M = 2000.0
 _FREEWAY_EDGES = 75
 _FREEWAY_LANES = 3
 _GRID_SIDE = {"grid": 10, "large_grid": 20}
-_GRID_EDGES_OF_A_ROUTE = 60
+_GRID_EDGES_OF_A_ROUTE = 20
+_GRID_EDGES_DRIVEN = 8
 _PLACE_EVERY_M = 20.0
 _GRID_STREET_M = 160.0
 """Of a street of the grid, so much is surely outside its crossings."""
@@ -25,7 +26,7 @@ _MOST_ON_SMALL_GRID = 1500
 _TYPES = {
     "light_freeway": '<vType id="car" sigma="0.2" speedDev="0.02"/>',
     "busy_freeway": '<vType id="car" sigma="0.5" speedDev="0.1"/>',
-    "grid": '<vType id="car" sigma="0.5" speedDev="0.1"/>',
+    "grid": '<vType id="car" sigma="0.5" speedDev="0.1" lcSpeedGain="0" lcKeepRight="0" lcCooperative="0"/>',
 }
 _GAP_M = {"light_freeway": 70.0, "busy_freeway": 28.0}
 """From bumper to bumper of the next car of the same lane; car included."""
@@ -85,11 +86,15 @@ class Traffic:
         streets = [(x, y, dx, dy) for x in range(side) for y in range(side) for dx, dy in _ways(x, y, side)]
         per_lane = int(_GRID_STREET_M // _PLACE_EVERY_M)
         places = [(street, lane, n) for street in streets for lane in (0, 1) for n in range(per_lane)]
-        if len(places) < self.num_vehicles:
-            raise ScenarioError(f"grid: no room for {self.num_vehicles} vehicles")
-        for number, (street, lane, n) in enumerate(draw.sample(places, self.num_vehicles)):
-            depart_m = 10.0 + _PLACE_EVERY_M * n
-            yield _vehicle(number, _wander(street, side, draw), lane, depart_m, 0.0)
+        number = 0
+        for street, lane, n in draw.sample(places, len(places)):
+            walk = _walk(street, side, lane, draw)
+            if walk:
+                yield _vehicle(number, walk, lane, 10.0 + _PLACE_EVERY_M * n, 0.0)
+                number += 1
+            if number == self.num_vehicles:
+                return
+        raise ScenarioError(f"grid: no room for {self.num_vehicles} vehicles")
 
 
 def _vehicle(number: int, edges: list[str], lane: int, depart_m: float, speed_mps: float) -> str:
@@ -108,12 +113,23 @@ def _name(x: int, y: int) -> str:
     return f"{chr(ord('A') + x)}{y}"
 
 
-def _wander(street: tuple[int, int, int, int], side: int, draw: random.Random) -> list[str]:
-    """Return the streets of a walk that begins with one and never turns back."""
+def _walk(street: tuple[int, int, int, int], side: int, lane: int, draw: random.Random) -> list[str]:
+    """Return the streets of a walk that begins with one and never turns back; none if there is no good one.
+
+    As far as a measured car comes, it leads straight on or to the side of the lane, so that nobody has to
+    change lanes: SUMO does that within a given time, at a crawl nearly sideways, where no car can follow.
+    And it keeps clear of the grid's corners, whose turns are tighter than a car's.
+    """
     x, y, dx, dy = street
     edges = []
-    for _ in range(_GRID_EDGES_OF_A_ROUTE):
+    for number in range(_GRID_EDGES_OF_A_ROUTE):
         edges.append(_name(x, y) + _name(x + dx, y + dy))
         x, y = x + dx, y + dy
-        dx, dy = draw.choice([way for way in _ways(x, y, side) if way != (-dx, -dy)])
+        onward = [way for way in _ways(x, y, side) if way != (-dx, -dy)]
+        if number < _GRID_EDGES_DRIVEN:
+            wrong_side = (-dy, dx) if lane == 0 else (dy, -dx)
+            onward = [way for way in onward if way != wrong_side]
+            if not onward or len(_ways(x, y, side)) == 2:
+                return []
+        dx, dy = draw.choice(onward)
     return edges
