@@ -173,6 +173,10 @@ class _WarmSession:
         return self.session.is_open
 
     @property
+    def goes_on(self) -> bool:
+        return self.session.goes_on
+
+    @property
     def messages(self) -> tuple[str, ...]:
         return self.session.messages
 

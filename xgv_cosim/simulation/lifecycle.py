@@ -60,6 +60,8 @@ def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapsh
     for vehicle_id in dict.fromkeys((*due, *snapshot.departed)):
         expected = state.expected.pop(vehicle_id, None)
         row = snapshot.index_of.get(vehicle_id)
+        if row is None and expected is not None and vehicle_id not in snapshot.arrived:
+            state.expected[vehicle_id] = expected  # waits for a gap beside the road, or is in a teleport
         if row is None or vehicle_id in state.vehicles:
             continue
         binding = expected or selector(world.traveller(vehicle_id))
@@ -68,7 +70,7 @@ def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapsh
         if binding.from_tick > tick:
             state.expected[vehicle_id] = binding
         else:
-            bind(state, world, snapshot, vehicle_id, binding)
+            bind_or_unpark(state, world, snapshot, vehicle_id, binding)
     return len(state.fleet.bound_ids) > before
 
 
@@ -89,6 +91,25 @@ def give_back(state: RunState, world: World, vehicle_id: str, why: str) -> None:
     """
     release(state, vehicle_id, why)
     world.release(vehicle_id)
+
+
+def bind_or_unpark(
+    state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, binding: Binding
+) -> None:
+    """Bind one vehicle of the snapshot; one that is parked beside the road as soon as it has left its place.
+
+    With ``bind.start = cold`` it is bound where it stands: nobody drives it until it is powered up.
+
+    Raises:
+        ScenarioError: See ``bind``.
+    """
+    stops = world.stops_of(vehicle_id)
+    if binding.start is StartKind.COLD or world.unpark(vehicle_id):
+        bind(state, world, snapshot, vehicle_id, binding)
+    else:
+        state.expected[vehicle_id] = binding
+    if stops:
+        state.note(vehicle_id, "stops_ignored", reasons=stops)
 
 
 def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, binding: Binding) -> None:
@@ -124,8 +145,6 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         f"driver {Driver(binding.driver).name.lower()}",
     )
     state.note(vehicle_id, "bound", after=binding.profile.name, reasons=words)
-    if stops := world.stops_of(vehicle_id):
-        state.note(vehicle_id, "stops_ignored", reasons=stops)
     commanding.copy_endpoint(state, vehicle)
     requests.meet_injections(state, vehicle)
 

@@ -112,6 +112,8 @@ class Simulation:
     def bind_vehicle(self, vehicle_id: str, binding: Binding) -> None:
         """Bind a vehicle that is in the world; it may move. The world's driver has it until the next step.
 
+        One that is parked beside the road loses its stops, and is bound as soon as it is back on its lane.
+
         Raises:
             ScenarioError: It is not in the world, is bound already, or cannot start cold because it moves.
         """
@@ -119,7 +121,7 @@ class Simulation:
             raise ScenarioError(f"vehicle {vehicle_id!r} is bound already; release it first")
         if vehicle_id not in self.snapshot.index_of:
             raise ScenarioError(f"the world has no vehicle {vehicle_id!r} at {self.now_s:g} s; bind it later")
-        lifecycle.bind(self.state, self.world, self.snapshot, vehicle_id, binding)
+        lifecycle.bind_or_unpark(self.state, self.world, self.snapshot, vehicle_id, binding)
         self._resolve_modes()
 
     def release(self, vehicle_id: str) -> None:

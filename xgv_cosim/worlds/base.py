@@ -59,6 +59,10 @@ class World(Protocol):
         """Return in words where its demand has a vehicle of the world stop, the next one first."""
         ...
 
+    def unpark(self, vehicle_id: str) -> bool:
+        """Have a parked vehicle drive off without its stops; return whether it is parked no longer."""
+        ...
+
     def start(self) -> Snapshot:
         """Open the world and return its state before the first step.
 
@@ -68,7 +72,7 @@ class World(Protocol):
         ...
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
-        """Take a vehicle of the world into the placement from the next step on."""
+        """Take a vehicle of the world into the placement from the next step on; it loses its stops."""
         ...
 
     def release(self, vehicle_id: str) -> None:

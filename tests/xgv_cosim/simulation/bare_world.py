@@ -86,6 +86,9 @@ class BareWorld:
         assert vehicle_id in self._there
         return ()
 
+    def unpark(self, vehicle_id: str) -> bool:
+        return True
+
     def start(self) -> Snapshot:
         return self._snapshot()
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from tests.xgv_cosim.simulation.conftest import Opener
-from xgv_cosim import simulate
 
 
 @pytest.mark.parametrize("coupling", ["free", "lane", "auto"])
@@ -70,25 +67,13 @@ def test_a_car_whose_time_as_a_bound_one_ends_off_the_road_stays_there(open_hell
     assert simulation.snapshot.lane[simulation.snapshot.index_of["xgv_0"]] == -1
 
 
-def test_a_parked_car_that_is_released_drives_on_by_itself(tmp_path: Path) -> None:
-    """SUMO has who is parked on no lane; its driver brings him back, if nobody holds him."""
-    network = Path(__file__).parents[3] / "sumo_scenarios" / "hello" / "hello.net.xml"
-    (tmp_path / "parked.rou.xml").write_text(
-        '<routes><vehicle id="ego" depart="0" departPos="10"><route edges="road"/>'
-        '<stop lane="road_0" endPos="60" duration="6" parking="true"/></vehicle></routes>'
-    )
-    config = tmp_path / "parked.sumocfg"
-    config.write_text(
-        f'<configuration><net-file value="{network}"/><route-files value="parked.rou.xml"/></configuration>'
-    )
-    with simulate(config, set=["duration_s=60"]) as run:
-        while not run.snapshot.ids or run.snapshot.lane[0] >= 0:
-            run.step()
-            assert run.now_s < 30.0
-        run.bind("ego", driver="world", stack="none")
-        run.step()
-        run.release("ego")
-        parked_m = float(run.snapshot.front_x_m[0])
-        run.run_until(run.now_s + 12.0)
-        assert run.snapshot.ids == ("ego",)
-        assert run.snapshot.front_x_m[0] > parked_m + 10.0
+def test_who_is_held_at_the_end_changes_nothing_in_the_next_run(open_hello: Opener) -> None:
+    """libsumo kept the move by which SUMO's driver was to have the car again, and made it with another."""
+    simulation = open_hello("bind.0.until_s=4.5")
+    simulation.run_until(4.0)
+    simulation.fleet.motion.y_m[simulation.fleet.slot_of("xgv_0")] -= 12.0
+    simulation.run_until(6.0)
+    there = set(simulation.snapshot.ids)
+    simulation.close()
+    again = open_hello("bind=[]")
+    assert set(again.step().ids) == set(again.step().ids) == there

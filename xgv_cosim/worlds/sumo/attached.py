@@ -136,6 +136,11 @@ class AttachedSimulation:
         """Return whether the script's simulation goes on, as far as the plugin knows."""
         return not self._is_closed and self._hold.engine is not None
 
+    @property
+    def goes_on(self) -> bool:
+        """Return that SUMO runs on after ``close``."""
+        return True
+
     def step(self) -> None:
         """Advance SUMO by one step; what SUMO raises in it is raised as it is, for the script to see."""
         if self._over_socket:

@@ -61,6 +61,11 @@ class OpenSimulation(Protocol):
         ...
 
     @property
+    def goes_on(self) -> bool:
+        """Return whether SUMO runs on after ``close``."""
+        ...
+
+    @property
     def messages(self) -> tuple[str, ...]:
         """Return SUMO's warnings and errors so far, oldest first."""
         ...

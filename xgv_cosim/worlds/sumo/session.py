@@ -150,6 +150,11 @@ class Session:
         return Session._opened is self
 
     @property
+    def goes_on(self) -> bool:
+        """Return that SUMO ends with ``close``."""
+        return False
+
+    @property
     def messages(self) -> tuple[str, ...]:
         """Return SUMO's warnings and errors so far, oldest first."""
         logged = self._error_log.read_text(errors="replace") if self._error_log.exists() else ""

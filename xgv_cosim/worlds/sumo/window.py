@@ -144,6 +144,11 @@ class Window:
         return self._connection is not None
 
     @property
+    def goes_on(self) -> bool:
+        """Return that SUMO ends with ``close``."""
+        return False
+
+    @property
     def messages(self) -> tuple[str, ...]:
         """Return SUMO's warnings and errors so far, oldest first."""
         logged = self._error_log.read_text(errors="replace") if self._error_log.exists() else ""

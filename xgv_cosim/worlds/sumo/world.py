@@ -15,6 +15,7 @@ from xgv_cosim.worlds.sumo.placed import as_placed
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
+from xgv_cosim.worlds.sumo.stops import Stops
 from xgv_cosim.worlds.sumo.surroundings import SurroundingsReader
 from xgv_cosim.worlds.sumo.window import Window
 
@@ -129,6 +130,7 @@ class SumoWorld:
             )
             self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road, levels)
             self._own_colours: dict[str, tuple[int, int, int, int]] = {}
+            self._stops = Stops(session.engine)
             self._reader = SnapshotReader(session, self._road)
             self._snapshot = self._reader.read(())
         self._surroundings = None
@@ -172,24 +174,36 @@ class SumoWorld:
         """
         session = self._open()
         with session.failures():
-            return tuple(
-                f"stop at {stop.stoppingPlaceID}"
-                if stop.stoppingPlaceID
-                else f"stop on lane {stop.lane} at {stop.endPos:.1f} m"
-                for stop in session.engine.vehicle.getStops(vehicle_id)
-            )
+            return self._stops.in_words(vehicle_id)
+
+    def unpark(self, vehicle_id: str) -> bool:
+        """Have a parked vehicle drive off without its stops; return whether it is parked no longer.
+
+        SUMO's driver brings it onto its lane when there is a gap.
+
+        Raises:
+            WorldError: SUMO has no such vehicle now, or the world is closed.
+        """
+        session = self._open()
+        row = self._snapshot.index_of.get(vehicle_id)
+        if row is None:
+            raise WorldError(f"SUMO has no vehicle {vehicle_id!r} at {self._snapshot.time_s} s")
+        with session.failures():
+            return self._stops.unpark(vehicle_id, on_lane=bool(self._snapshot.lane[row] >= 0))
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
-        """Take a vehicle of SUMO into the placement from the next step on.
+        """Take a vehicle of SUMO into the placement from the next step on; its stops are gone for good.
 
         Raises:
             WorldError: SUMO has no such vehicle now, or it is bound already.
         """
-        self._open()
+        session = self._open()
         if vehicle_id in self._bindings.bound:
             raise WorldError(f"vehicle {vehicle_id!r} is bound already; release it first")
         if vehicle_id not in self._snapshot.index_of:
             raise WorldError(f"SUMO has no vehicle {vehicle_id!r} at {self._snapshot.time_s} s")
+        with session.failures():
+            self._stops.drop(vehicle_id)
         self._bindings.add(vehicle_id, coupling)
 
     def release(self, vehicle_id: str) -> None:
@@ -319,7 +333,9 @@ class SumoWorld:
     def close(self) -> None:
         """End the simulation; does nothing when it is closed."""
         if self._session is not None:
-            if self._session.is_open:
+            if self._session.is_open and self._session.goes_on:
+                # Where SUMO ends, libsumo would keep these last moves, and make them in the next simulation
+                # of this process, with whoever has the place in memory of those who were meant (measured).
                 with self._session.failures():
                     self._bindings.settle()
             self._session.close()
