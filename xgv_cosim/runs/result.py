@@ -110,7 +110,9 @@ def result_of(
         "expectations": [
             {"text": row.expected, "status": row.outcome.value, "detail": row.seen} for row in expectations
         ],
-        "warnings": warnings_of(scenario, events, outcome.lane_ids, outcome.rows_met),
+        "warnings": []  # nothing can be said of a run that has not begun but why
+        if outcome.rows_met is None
+        else warnings_of(scenario, events, outcome.lane_ids, outcome.rows_met),
         "notes": list(outcome.notes),
         "assumptions": assumption_rows(scenario, events),
     }

@@ -153,6 +153,8 @@ def test_a_configuration_that_sumo_refuses_is_exit_code_2_with_its_words(tmp_pat
     assert "Traceback" not in done.stderr
     with pytest.raises(WorldConfigurationError):
         xgv_cosim.run(tmp_path / "mine", out=tmp_path / "again")
+    data = json.loads((tmp_path / "again" / RESULT).read_text())
+    assert (data["status"], data["warnings"]) == ("error", [])  # that nobody was bound is not the trouble
 
 
 def interrupted(*arguments: str, cwd: Path) -> tuple[int, str, str]:

@@ -331,6 +331,16 @@ def test_a_step_that_does_not_fit_is_refused(script: Script, step_s: float) -> N
     script.module.simulationStep()  # nothing is left behind
 
 
+@pytest.mark.parametrize(
+    ("option", "model"), [("--mesosim=true", "mesoscopic"), ("--lateral-resolution=0.8", "sublane")]
+)
+def test_a_model_that_is_not_supported_is_refused(script: Script, option: str, model: str) -> None:
+    script.start(command(HELLO, options=[option]))
+    with pytest.raises(WorldConfigurationError, match=f"{model} model.*{option.partition('=')[0]}"):
+        xgv_cosim.attach(script.module)
+    script.module.simulationStep()
+
+
 def test_options_under_which_things_stay_hidden_are_told_once(script: Script) -> None:
     with xgv_cosim.attach(script.module) as plugin:
         plugin.bind("xgv_*")

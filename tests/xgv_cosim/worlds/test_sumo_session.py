@@ -68,6 +68,27 @@ def test_a_configuration_that_is_not_xml(tmp_path: Path) -> None:
     assert "line 1" in text
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "model"),
+    [("lateral-resolution", "0.8", "sublane model"), ("mesosim", "true", "mesoscopic model")],
+)
+def test_a_model_that_is_not_supported_is_named(tmp_path: Path, option: str, value: str, model: str) -> None:
+    """SUMO itself complains of the sublane model that ``lanechange.duration`` is given, which nobody has."""
+    said = complaint(config_of(tmp_path, extra=f'<{option} value="{value}"/>'))
+    assert (
+        f"c.sumocfg chooses SUMO's {model} (option {option}, got '{value}'), which is not supported" in said
+    )
+    (tmp_path / "plain").mkdir()
+    said = complaint(config_of(tmp_path / "plain"), options=(f"--{option}", value))
+    assert said.startswith(f"world.sumo.options chooses SUMO's {model}")
+
+
+def test_a_model_that_is_switched_off_is_no_harm(tmp_path: Path) -> None:
+    world = SumoWorld.headless(config_of(tmp_path, extra='<mesosim value="false"/>'), step_s=0.1, seed=1)
+    world.start()
+    world.close()
+
+
 def test_a_missing_network(tmp_path: Path) -> None:
     config = config_of(tmp_path)
     (tmp_path / "n.net.xml").unlink()

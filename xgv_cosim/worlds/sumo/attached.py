@@ -69,7 +69,7 @@ def step_length_s(engine: Engine) -> float:
     """Return SUMO's step length.
 
     Raises:
-        WorldConfigurationError: No vehicle can be bound with it, or SUMO runs the mesoscopic model.
+        WorldConfigurationError: No vehicle can be bound with it, or SUMO runs a model that is not supported.
     """
     step_s = float(engine.simulation.getDeltaT())
     ticks = step_s / CONTROL_TICK_S
@@ -81,6 +81,10 @@ def step_length_s(engine: Engine) -> float:
     if engine.simulation.getOption("mesosim") == "true":
         raise WorldConfigurationError(
             "SUMO runs the mesoscopic model, in which no vehicle can be placed; start it without --mesosim"
+        )
+    if float(engine.simulation.getOption("lateral-resolution")) > 0.0:
+        raise WorldConfigurationError(
+            "SUMO runs the sublane model, which is not supported; start it without --lateral-resolution"
         )
     return round(step_s, 3)
 

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 _XML_OPTIONS = frozenset({"net-file", "route-files", "additional-files", "weight-files", "load-state"})
 
 
+_TRUE = frozenset({"1", "yes", "true", "on", "x", "t"})
+"""What SUMO takes for true."""
+
+
 class InputFile(NamedTuple):
     """A file that SUMO will read."""
 
@@ -74,19 +78,48 @@ def configured_options(config_file: Path) -> list[Option]:
 
 
 def check_inputs(config_file: Path, options: Sequence[str] = ()) -> None:
-    """Check that the configuration and the files it names are well-formed XML.
+    """Check that the configuration and the files it names are well-formed XML, and ask for no other model.
 
     Files that do not exist are left to SUMO, which names them itself.
 
     Raises:
-        WorldConfigurationError: A file is not well-formed (names file, line and column), or the network
-            file is none.
+        WorldConfigurationError: A file is not well-formed (names file, line and column), the network file is
+            none, or SUMO would run a model that is not supported.
     """
+    _check_models(config_file, options)
     for option, file in sumo_input_files(config_file, options):
         if option == "net-file":
             _check_network(file)
         elif option in _XML_OPTIONS:
             _parse(file)
+
+
+def _check_models(config_file: Path, options: Sequence[str]) -> None:
+    """Check that SUMO moves vehicles along their lanes one by one; ``options`` win over the configuration."""
+    chosen = {option.name: option.value for option in configured_options(config_file)}
+    given = {option.name: option.value for option in parse_options(options)}
+    for name, (model, is_on) in _MODELS.items():
+        value = given.get(name, chosen.get(name))
+        if value is not None and is_on(value):
+            where = "world.sumo.options" if name in given else str(config_file)
+            raise WorldConfigurationError(
+                f"{where} chooses SUMO's {model} (option {name}, got {value!r}), which is not supported; "
+                "leave that option out"
+            )
+
+
+def _is_above_zero(value: str) -> bool:
+    try:
+        return float(value) > 0.0
+    except ValueError:
+        return False  # SUMO says what it expects
+
+
+_MODELS = {
+    "lateral-resolution": ("sublane model", _is_above_zero),
+    "mesosim": ("mesoscopic model", lambda value: value.lower() in _TRUE),
+}
+"""Models of SUMO that cannot be used: what they are, and whether the value of the option chooses them."""
 
 
 def _check_network(file: Path) -> None:
