@@ -192,12 +192,13 @@ class _WarmSession:
         self.session.close()
 
 
-class _TimedWorld(SumoWorld):
+class TimedWorld(SumoWorld):
     """Counts the time that is spent in the world's step."""
 
     spent_s = 0.0
 
     def step(self, placement: Placement) -> Snapshot:
+        """Advance SUMO, see ``SumoWorld``."""
         began_s = thread_time()
         snapshot = super().step(placement)
         self.spent_s += thread_time() - began_s
@@ -218,58 +219,59 @@ def drive_bound(
     Raises:
         WorldError: SUMO failed.
     """
+    with handed_over(setup, how, recording, log) as fleet:
+        drive = BoundDrive(ids=fleet.recording.ids)
+        spent_s, mirrored = 0.0, 0
+        with _settled_heap():
+            fleet.world.spent_s = 0.0
+            for step in range(HAND_OVER_STEPS, HAND_OVER_STEPS + setup.steps):
+                wanted = fleet.targets(step)
+                began_s = thread_time()
+                fleet.advance(wanted)
+                spent_s += thread_time() - began_s
+                if log is not None:
+                    drive.beside_m = max(drive.beside_m, float(np.abs(fleet.pursuit.beside_m).max()))
+                    mirrored += int(np.count_nonzero(fleet.sim.snapshot.in_lane_frame))
+        fleet.require_driving()
+        drive.step_us = 1e6 * spent_s / setup.steps
+        drive.emulator_us = 1e6 * (spent_s - fleet.world.spent_s) / setup.steps
+        drive.in_lane_frame = mirrored / (setup.steps * len(drive.ids))
+        drive.end_m = fleet.places()
+    return drive
+
+
+@contextmanager
+def handed_over(
+    setup: Setup, how: BoundSetup, recording: Recording, log: CallLog | None = None
+) -> Iterator[Fleet]:
+    """Yield bound cars that follow their commands, see ``drive_bound``."""
     every = round(1.0 / how.share)
     recording = recording.of(np.arange(0, len(recording.ids), every))
     with opened(setup) as session, switched_on(how.extras, PROFILE.safety_mode_name) as extras:
         engine = session.engine if log is None else TappedEngine(session.engine, log)
         begin_s = float(session.engine.simulation.getTime())
-        world = _TimedWorld(lambda: _WarmSession(session, engine, log, begin_s), STEP_S)
+        world = TimedWorld(lambda: _WarmSession(session, engine, log, begin_s), STEP_S)
         with Simulation(world, _nobody, step_s=STEP_S, observers=extras.observers) as sim:
             if extras.use_road is not None:
                 extras.use_road(world.road)
-            fleet = _Fleet(sim, recording, extras)
+            fleet = Fleet(sim, world, recording, extras, steady=how.steady)
             fleet.bind(how.coupling)
             for step in range(HAND_OVER_STEPS):
                 fleet.send(step)
                 sim.step()
             fleet.require_driving()
-            return _timed(fleet, world, setup.steps, steady=how.steady, watched=log is not None)
-
-
-def _timed(fleet: _Fleet, world: _TimedWorld, steps: int, *, steady: bool, watched: bool) -> BoundDrive:
-    """Return what the steps took; who is watched costs time."""
-    drive = BoundDrive(ids=fleet.recording.ids)
-    tells_columns = not (fleet.extras.drives_itself or fleet.extras.clients or steady)
-    spent_s, mirrored = 0.0, 0
-    with _settled_heap():
-        world.spent_s = 0.0
-        for step in range(HAND_OVER_STEPS, HAND_OVER_STEPS + steps):
-            wanted = fleet.targets(step)
-            if not steady:
-                fleet.tell_clients(wanted)
-            began_s = thread_time()
-            if tells_columns:
-                fleet.sim.renew_motions(fleet.slots, *wanted, LASTS_S)
-            fleet.sim.step()
-            spent_s += thread_time() - began_s
-            if watched:
-                drive.beside_m = max(drive.beside_m, float(np.abs(fleet.pursuit.beside_m).max()))
-                mirrored += int(np.count_nonzero(fleet.sim.snapshot.in_lane_frame))
-    fleet.require_driving()
-    drive.step_us = 1e6 * spent_s / steps
-    drive.emulator_us = 1e6 * (spent_s - world.spent_s) / steps
-    drive.in_lane_frame = mirrored / (steps * len(drive.ids))
-    drive.end_m = fleet.places()
-    return drive
+            yield fleet
 
 
 @dataclass(slots=True)
-class _Fleet:
+class Fleet:
     """The bound cars of a drive, and what they are told."""
 
     sim: Simulation
+    world: TimedWorld
     recording: Recording
     extras: SwitchedOn
+    steady: bool
     slots: IntColumn = field(default_factory=lambda: np.zeros(0, np.int64))
     pursuit: Pursuit = field(init=False)
 
@@ -282,22 +284,25 @@ class _Fleet:
         self.pursuit = Pursuit(self.recording, front_distance_m(self.sim.fleet.parameters)[self.slots])
 
     def targets(self, step: int) -> Targets:
-        """Return what to tell the cars before a step."""
+        """Return what the cars are to be told before a step; their clients, if they have any, know it now."""
         whole = self.sim.fleet.motion
         motion = CarMotion(*(getattr(whole, name)[self.slots] for name in CarMotion._fields))
-        return self.pursuit.targets(step, motion)
-
-    def tell_clients(self, wanted: Targets) -> None:
-        """Give the clients what they will send."""
-        if self.extras.clients:
+        wanted = self.pursuit.targets(step, motion)
+        if self.extras.clients and not (self.steady and step >= HAND_OVER_STEPS):
             for name, *target in zip(self.recording.ids, *(c.tolist() for c in wanted), strict=True):
                 client = self.extras.clients[name]
                 client.speed_mps, client.curvature_per_m = target
+        return wanted
+
+    def advance(self, wanted: Targets) -> None:
+        """Tell the cars their targets, column by column, unless somebody else does, and make a step."""
+        if not (self.extras.drives_itself or self.extras.clients or self.steady):
+            self.sim.renew_motions(self.slots, *wanted, LASTS_S)
+        self.sim.step()
 
     def send(self, step: int) -> None:
         """Command every car by a message of its own, the first time with control and readiness before it."""
         wanted = self.targets(step)
-        self.tell_clients(wanted)
         if self.extras.drives_itself or self.extras.clients or step < DRIVER_STEPS:
             return
         first = step == DRIVER_STEPS

@@ -28,9 +28,9 @@ from xgv_cosim.kernel import warm_up
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-MOST_VEHICLE_STEPS = 60_000
+MOST_VEHICLE_STEPS = 40_000
 FEWEST_STEPS = 20
-MOST_STEPS = 300
+MOST_STEPS = 200
 LONGEST_STEPS = 500
 """More than this, and the commands of a drive would end before it."""
 
