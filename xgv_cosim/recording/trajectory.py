@@ -1,6 +1,8 @@
 """``trajectory.parquet``: written once at the end, read back in SI units.
 
-pyarrow is imported inside the functions: it is large, and it must stay out of the simulation's step.
+pyarrow is imported inside the functions: it is large, and it must stay out of the simulation's step. Columns
+are made of buffers and read from them: ``pyarrow.array``, ``fill_null`` and ``read_table`` import pandas too,
+wherever it is installed, which costs as much as all the rest.
 """
 
 from __future__ import annotations
@@ -54,10 +56,10 @@ def trajectory_file(
         meaning: str,
         mask: BoolColumn | None = None,
     ) -> None:
-        indices = pa.array(numbers.astype(np.int32), mask=mask)
+        indices = _integers(numbers, mask)
         add(
             name,
-            pa.DictionaryArray.from_arrays(indices, pa.array(list(names), pa.string())),
+            pa.DictionaryArray.from_arrays(indices, _strings(names)),
             "",
             1.0,
             meaning,
@@ -69,15 +71,14 @@ def trajectory_file(
     names = tuple(_lane_name(int(lane), lane_ids) for lane in on_road)
     numbers = lane_numbers.astype(np.int64) - (len(lanes) - len(on_road))
     add_names("lane", np.maximum(numbers, 0), names, "lane id; null off-road", numbers < 0)
-    add(
-        "bound", pa.array(bound[0][order] == 1), "", 1.0, "true while the vehicle is bound to an emulated one"
-    )
+    is_bound = _booleans(bound[0][order] == 1)
+    add("bound", is_bound, "", 1.0, "true while the vehicle is bound to an emulated one")
     for index, quantity in enumerate((*EVERY_VEHICLE, *BOUND_VEHICLES)):
         source = every[3 + index] if index < len(EVERY_VEHICLE) else bound[1 + index - len(EVERY_VEHICLE)]
         values = source[order]
         add(
             quantity.name,
-            pa.array(values, mask=values == NULL),
+            _integers(values, values == NULL),
             quantity.unit,
             quantity.scale,
             quantity.meaning,
@@ -102,6 +103,35 @@ def trajectory_file(
     )
     content: bytes = sink.getvalue().to_pybytes()
     return content
+
+
+def _integers(values: npt.NDArray[Any], mask: BoolColumn | None) -> Any:  # noqa: ANN401 - pyarrow has no types
+    """Return a column of 32-bit integers, null where ``mask`` is true."""
+    import pyarrow as pa  # noqa: PLC0415 - see the module's docstring
+
+    valid = None if mask is None else _bits(~mask)
+    whole = np.ascontiguousarray(values, np.int32)
+    return pa.Array.from_buffers(pa.int32(), len(whole), [valid, pa.py_buffer(whole)])
+
+
+def _strings(values: tuple[str, ...]) -> Any:  # noqa: ANN401 - pyarrow has no types
+    import pyarrow as pa  # noqa: PLC0415 - see the module's docstring
+
+    texts = [value.encode() for value in values]
+    ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)
+    return pa.StringArray.from_buffers(len(texts), pa.py_buffer(ends), pa.py_buffer(b"".join(texts)))
+
+
+def _booleans(values: BoolColumn) -> Any:  # noqa: ANN401 - pyarrow has no types
+    import pyarrow as pa  # noqa: PLC0415 - see the module's docstring
+
+    return pa.Array.from_buffers(pa.bool_(), len(values), [None, _bits(values)])
+
+
+def _bits(values: BoolColumn) -> Any:  # noqa: ANN401 - pyarrow has no types
+    import pyarrow as pa  # noqa: PLC0415 - see the module's docstring
+
+    return pa.py_buffer(np.packbits(values, bitorder="little"))
 
 
 def _lane_name(lane: int, lane_ids: tuple[str, ...]) -> str:
@@ -148,7 +178,8 @@ def read_trajectory(path: Path) -> Trajectory:
     import pyarrow.parquet as pq  # noqa: PLC0415
 
     try:
-        table = pq.read_table(path)
+        with pq.ParquetFile(path) as file:
+            table = file.read()
     except (OSError, pa.ArrowInvalid) as error:
         raise ReplayError(f"{path}: cannot read the trajectories: {error}") from error
     metadata = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
@@ -165,11 +196,12 @@ def read_trajectory(path: Path) -> Trajectory:
             names[name], numbers[name] = (), np.zeros(0, np.int64)
             continue
         names[name] = tuple(column.chunk(0).dictionary.to_pylist())
-        numbers[name] = column.chunk(0).indices.fill_null(-1).to_numpy().astype(np.int64)
+        numbers[name] = _read_integers(column.chunk(0).indices, -1)
     values = {}
     for position, quantity in enumerate(table.schema):
         if quantity.name not in (*_DICTIONARIES, "bound"):
-            whole = table.column(position).fill_null(NULL).to_numpy().astype(np.int64)
+            chunks = [_read_integers(chunk, NULL) for chunk in table.column(position).chunks]
+            whole = np.concatenate([np.zeros(0, np.int64), *chunks])
             values[quantity.name] = dequantise(whole, float(quantity.metadata[b"scale"]))
     vehicle = numbers["vehicle"]
     starts = np.searchsorted(vehicle, np.arange(len(names["vehicle"]) + 1))
@@ -180,9 +212,31 @@ def read_trajectory(path: Path) -> Trajectory:
         vehicle_type=numbers["vehicle_type"],
         lane_ids=names["lane"],
         lane=numbers["lane"],
-        bound=table.column("bound").to_numpy().astype(np.bool_),
+        bound=np.concatenate(
+            [np.zeros(0, np.bool_), *(_read_bits(chunk, 1) for chunk in table.column("bound").chunks)]
+        ),
         time_s=values["tick"],
         values=values,
         safety_mode_names={int(c): n for c, n in json.loads(metadata["safety_mode_names"]).items()},
         rows_of={n: slice(int(starts[i]), int(starts[i + 1])) for i, n in enumerate(names["vehicle"])},
     )
+
+
+def _read_integers(array: Any, null: int) -> IntColumn:  # noqa: ANN401 - pyarrow has no types
+    """Return a column of integers with ``null`` in the place of nulls."""
+    begin, end = array.offset, array.offset + len(array)
+    if not len(array):
+        return np.zeros(0, np.int64)
+    whole = np.frombuffer(array.buffers()[1], np.dtype(str(array.type)), end)[begin:].astype(np.int64)
+    if array.null_count:
+        whole[~_read_bits(array, 0)] = null
+    return whole
+
+
+def _read_bits(array: Any, number: int) -> BoolColumn:  # noqa: ANN401 - pyarrow has no types
+    """Return a buffer of bits: 0 says which values are no null, 1 has the values of a column of booleans."""
+    begin, end = array.offset, array.offset + len(array)
+    if not len(array):
+        return np.zeros(0, np.bool_)
+    packed = np.frombuffer(array.buffers()[number], np.uint8)
+    return np.unpackbits(packed, count=end, bitorder="little")[begin:].astype(np.bool_)
