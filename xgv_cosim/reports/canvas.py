@@ -141,9 +141,11 @@ def _with_palette(full: Image.Image) -> Image.Image:
     holder = Image.new("P", (1, 1))
     holder.putpalette(colours)
     nearest = np.array(full.quantize(palette=holder, dither=Image.Dither.NONE))
-    pixels = np.asarray(full)
+    red, green, blue = np.moveaxis(np.asarray(full, np.uint32), -1, 0)
+    pixels = red << 16 | green << 8 | blue
     for number, colour in enumerate(exact):
-        nearest[(pixels == colour).all(axis=-1)] = number  # the search above is only nearly exact
+        wanted = colour[0] << 16 | colour[1] << 8 | colour[2]
+        nearest[pixels == wanted] = number  # the search above is only nearly exact
     few = Image.fromarray(nearest)
     few.putpalette(colours)
     return few
