@@ -14,3 +14,5 @@ BoolColumn = npt.NDArray[np.bool_]
 
 FloatMatrix = npt.NDArray[np.float64]
 """Shape ``(n, k)``."""
+WordMatrix = npt.NDArray[np.int64]
+"""Words of bits, shape ``(k, n)``."""

@@ -241,6 +241,12 @@ class Fleet:
     """What a vehicle's own draws follow from: its id and the seed (``plant.imperfections``)."""
     handed_over: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """False while the world's driver still keeps both axes after binding (``bind.start``)."""
+    keeps_lane: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
+    """The vehicle uses the lane coupling, so that the world decides its position."""
+    _slots: dict[str, int] = field(default_factory=dict)
+    """Slot of each bound vehicle."""
+    _bound: tuple[IntColumn, tuple[str, ...]] | None = None
+    """(slots in use, their vehicle ids) as last asked for; None after a change."""
 
     @property
     def num_slots(self) -> int:
@@ -250,15 +256,22 @@ class Fleet:
     @property
     def bound(self) -> IntColumn:
         """Slots in use, ascending."""
-        return np.array([slot for slot, name in enumerate(self.ids) if name is not None], np.int64)
+        return self._in_use()[0]
 
     @property
     def bound_ids(self) -> tuple[str, ...]:
         """Vehicle ids in slot order."""
-        return tuple(name for name in self.ids if name is not None)
+        return self._in_use()[1]
+
+    def _in_use(self) -> tuple[IntColumn, tuple[str, ...]]:
+        if self._bound is None:
+            slots = sorted(self._slots.values())
+            self._bound = np.array(slots, np.int64), tuple(str(self.ids[slot]) for slot in slots)
+        return self._bound
 
     def __iter__(self) -> Iterator[tuple[int, str]]:
-        return ((slot, name) for slot, name in enumerate(self.ids) if name is not None)
+        slots, names = self._in_use()
+        return zip(slots.tolist(), names, strict=True)
 
     def slot_of(self, vehicle_id: str) -> int:
         """Return the slot of a bound vehicle.
@@ -266,9 +279,9 @@ class Fleet:
         Raises:
             UnknownVehicleError: No such vehicle is bound.
         """
-        if vehicle_id not in self.ids:
+        if vehicle_id not in self._slots:
             raise UnknownVehicleError(vehicle_id, self.bound_ids)
-        return self.ids.index(vehicle_id)
+        return self._slots[vehicle_id]
 
     def occupy(self, vehicle_id: str) -> int:
         """Return a slot that now belongs to ``vehicle_id``; the capacity doubles if none is free.
@@ -276,12 +289,13 @@ class Fleet:
         Raises:
             ScenarioError: The vehicle is bound already.
         """
-        if vehicle_id in self.ids:
+        if vehicle_id in self._slots:
             raise ScenarioError(f"vehicle {vehicle_id!r} is bound already; release it first")
-        if None not in self.ids:
+        if len(self._slots) == self.num_slots:
             self._double()
         slot = self.ids.index(None)
         self.ids[slot] = vehicle_id
+        self._slots[vehicle_id], self._bound = slot, None
         return slot
 
     def vacate(self, vehicle_id: str) -> int:
@@ -294,6 +308,8 @@ class Fleet:
         for name in _SINGLE_COLUMNS:
             getattr(self, name)[slot] = getattr(idle, name)[0]
         self.ids[slot] = None
+        del self._slots[vehicle_id]
+        self._bound = None
         return slot
 
     def _double(self) -> None:
@@ -335,4 +351,5 @@ _SINGLE_COLUMNS = (
     "frozen",
     "draw_key",
     "handed_over",
+    "keeps_lane",
 )

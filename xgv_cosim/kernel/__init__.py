@@ -14,21 +14,27 @@ from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.fleet import Motion, Reference, Setpoints, copied_motion, idle_motion, idle_setpoints
 from xgv_cosim.jit import compiled
 from xgv_cosim.kernel.loop import advance_in_place
+from xgv_cosim.kernel.setting import set_points_in_place
+from xgv_cosim.kernel.watching import note_inputs_in_place
 from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
 
-__all__ = ["advance", "advance_plain", "kernel_sources", "warm_up"]
+__all__ = ["advance", "advance_plain", "kernel_sources", "note_inputs", "set_points", "warm_up"]
 
 
 def kernel_sources() -> list[Path]:
     """Return every file whose code the compiled loop contains."""
     package = Path(__file__).parent.parent
-    names = ("jit", "fleet", "parameters", "actuation", "clock")
+    names = ("jit", "fleet", "parameters", "actuation", "clock", "commands")
     modules = [package / f"{name}.py" for name in names]
     folders = ("controllers", "kernel", "plant")
     return modules + [path for folder in folders for path in sorted((package / folder).glob("*.py"))]
 
 
 _advance_compiled = compiled(advance_in_place, kernel_sources())
+note_inputs = compiled(note_inputs_in_place, kernel_sources())
+"""``watching.note_inputs_in_place`` as machine code."""
+set_points = compiled(set_points_in_place, kernel_sources())
+"""``setting.set_points_in_place`` as machine code."""
 
 
 def advance(

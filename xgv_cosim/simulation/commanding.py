@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from jaus.address import JausAddress
-from xgv_cosim.clock import tick_at_or_after, time_of_tick_s
+from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.commands import CommandColumns, CommandKind, MotionProfile, WrenchEffort
 from xgv_cosim.endpoint import (
@@ -29,11 +29,9 @@ from xgv_cosim.simulation.state import RunState
 def receive(state: RunState) -> None:
     """Take what links and operators have brought to the endpoints (cost follows messages)."""
     _deliver_posted(state)
-    for vehicle in state.vehicles:
-        if vehicle.link is None:
-            continue
-        arrived = vehicle.link.poll()
-        for fault in vehicle.link.take_faults():
+    for vehicle, link in state.vehicles.linked:
+        arrived = link.poll()
+        for fault in link.take_faults():
             state.note(vehicle.vehicle_id, "stack_failed", reasons=(fault,))
         if not (vehicle.devices.hears_stack and vehicle.is_computing):
             continue  # what a lost link carried, or nobody read, is gone; it does not arrive late
@@ -64,14 +62,16 @@ def _take_in(state: RunState, vehicle: BoundVehicle, sender: JausAddress, messag
     later_s = delay_s(latency_s, jitter_s, int(state.fleet.draw_key[slot]), counter)
     acts = max(tick_at_or_after(state.now_s + later_s), waiting[-1][0] if waiting else tick)
     waiting.append((acts, sender, message))
+    state.alarms.touch(vehicle)
 
 
 def _deliver_due(state: RunState) -> None:
     """Hand over what was under way; who does not compute by then reads nothing (XGV-32, XGV-67)."""
-    for vehicle in state.vehicles:
+    for vehicle in state.alarms.due(state.now_s):
         waiting = vehicle.on_the_way
         while waiting and waiting[0][0] <= state.clock.tick:
             _, sender, message = waiting.popleft()
+            state.alarms.touch(vehicle)
             if vehicle.is_computing:
                 handle(state, vehicle, vehicle.endpoint.receive(message, sender, state.now_s))
 
@@ -85,22 +85,20 @@ def meet_deadlines(state: RunState) -> None:
         vehicle = state.vehicles[str(fleet.ids[slot])]
         clear_command(fleet.command, slot)
         handle(state, vehicle, vehicle.endpoint.command_expired(state.now_s))
-    for vehicle in state.vehicles:
+    for vehicle in state.alarms.due(state.now_s):
         if vehicle.is_computing and vehicle.endpoint.next_deadline_s <= state.now_s + 1e-9:
             handle(state, vehicle, vehicle.endpoint.handle_deadline(state.now_s))
 
 
-def next_deadline_s(state: RunState) -> float:
-    """Return when the next command expires, message under way acts or endpoint wants to act."""
-    expiry = float(np.where(state.fleet.frozen, np.inf, state.fleet.command.expires_s).min())
-    computing = (vehicle for vehicle in state.vehicles if vehicle.is_computing)
-    arriving = (time_of_tick_s(vehicle.on_the_way[0][0]) for vehicle in state.vehicles if vehicle.on_the_way)
-    return min([expiry, *arriving, *(vehicle.endpoint.next_deadline_s for vehicle in computing)])
+def next_expiry_s(state: RunState) -> float:
+    """Return when the next command expires; the clock of a frozen controller stands still (XGV-67)."""
+    return float(np.where(state.fleet.frozen, np.inf, state.fleet.command.expires_s).min())
 
 
 def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) -> None:
     """Turn an endpoint's events into cells and into rows of the journal."""
     fleet, slot, name = state.fleet, vehicle.slot, vehicle.vehicle_id
+    state.alarms.touch(vehicle)
     for event in events:
         match event:
             case CommandAccepted():
@@ -135,6 +133,7 @@ def follow_devices(state: RunState, vehicle: BoundVehicle) -> None:
 def hold(state: RunState, vehicle: BoundVehicle, why: str) -> None:
     """Refuse Resume as the devices say, and set the vehicle to standby if there is a reason (XGV-37)."""
     vehicle.endpoint.refuse_resume(vehicle.devices.resume_refusal)
+    state.alarms.touch(vehicle)
     if why:
         handle(state, vehicle, vehicle.endpoint.stand_by(why, state.now_s))
 

@@ -42,13 +42,11 @@ def also_computers(fleet: Fleet, so_far: tuple[BoolColumn, BoolColumn]) -> tuple
     )
 
 
-def placement_of(
-    fleet: Fleet, slots: IntColumn, computer_speed: BoolColumn, computer_steering: BoolColumn
-) -> Placement:
-    """Return where the plant puts the vehicles in ``slots``; the axis owners are those of the step."""
-    motion, reach = fleet.motion, front_distance_m(fleet.parameters)
+def placement_of(fleet: Fleet, computer_speed: BoolColumn, computer_steering: BoolColumn) -> Placement:
+    """Return where the plant puts the bound vehicles; the axis owners are those of the step."""
+    slots, motion, reach = fleet.bound, fleet.motion, front_distance_m(fleet.parameters)
     return Placement(
-        ids=tuple(str(fleet.ids[slot]) for slot in slots.tolist()),
+        ids=fleet.bound_ids,
         front_x_m=(motion.x_m + reach * np.cos(motion.heading_rad))[slots],
         front_y_m=(motion.y_m + reach * np.sin(motion.heading_rad))[slots],
         heading_rad=motion.heading_rad[slots],
@@ -60,11 +58,19 @@ def placement_of(
 
 
 def moved_by_world(
-    fleet: Fleet, computer_speed: BoolColumn, computer_steering: BoolColumn, in_lane: BoolColumn
-) -> IntColumn:
-    """Return the bound slots whose position the world decides: a driver's axis, or lane coupling."""
+    fleet: Fleet, rows: IntColumn, computer_speed: BoolColumn, computer_steering: BoolColumn
+) -> tuple[IntColumn, IntColumn]:
+    """Return slots and rows of those whose position the world decides: a driver's axis, or lane coupling.
+
+    Args:
+        fleet: The fleet.
+        rows: Row of each bound vehicle in the snapshot, -1 where it is not there.
+        computer_speed: Over all slots, as placed.
+        computer_steering: Over all slots, as placed.
+    """
     slots = fleet.bound
-    return slots[(~computer_speed | ~computer_steering | in_lane)[slots]]
+    moved = (~computer_speed | ~computer_steering | fleet.keeps_lane)[slots] & (rows >= 0)
+    return slots[moved], rows[moved]
 
 
 def heading_ease(

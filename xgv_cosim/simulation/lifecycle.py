@@ -9,7 +9,6 @@ import numpy as np
 
 from jaus.address import JausAddress
 from xgv_cosim.actuation import CouplingKind, Driver, Lateral, Longitudinal
-from xgv_cosim.columns import BoolColumn
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.plant.imperfections import draw_key
@@ -32,14 +31,6 @@ def stack_address(slot: int) -> JausAddress:
     return JausAddress(slot % 254 + 1, 2 + slot // 254, STACK_COMPONENT, 1)
 
 
-def in_lane(state: RunState) -> BoolColumn:
-    """Return which slots use the lane coupling."""
-    column = np.zeros(state.fleet.num_slots, np.bool_)
-    for vehicle in state.vehicles:
-        column[vehicle.slot] = vehicle.binding.coupling is CouplingKind.LANE
-    return column
-
-
 def apply_couplings(state: RunState, world: World) -> None:
     """Write vehicles as operators asked for since the last step."""
     requested, state.couplings_requested = state.couplings_requested, []
@@ -50,6 +41,7 @@ def apply_couplings(state: RunState, world: World) -> None:
             continue
         world.set_coupling(vehicle_id, kind)
         vehicle.binding = replace(vehicle.binding, coupling=kind)
+        state.fleet.keeps_lane[vehicle.slot] = kind is CouplingKind.LANE
         state.note(vehicle_id, "coupling", before.value, kind.value)
 
 
@@ -77,6 +69,8 @@ def bind_new(state: RunState, world: World, selector: Selector, snapshot: Snapsh
 def release_due(state: RunState, world: World) -> None:
     """Give back the vehicles whose time as bound ones is over."""
     tick = state.clock.tick
+    if tick < state.vehicles.first_until_tick:
+        return
     for vehicle in list(state.vehicles):
         until_tick = vehicle.binding.until_tick
         if until_tick is not None and until_tick <= tick:
@@ -139,6 +133,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
     state.fleet.draw_key[slot] = draw_key(vehicle_id, binding.profile.seed)
     vehicle.endpoint.partial_mode_entered(binding.partial_mode)
     state.vehicles.add(vehicle)
+    state.alarms.touch(vehicle)
     words = (
         f"coupling {binding.coupling.value}",
         f"start {binding.start.value}",
@@ -151,9 +146,8 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
 
 def release_gone(state: RunState, world: World, snapshot: Snapshot) -> None:
     """Release the bound vehicles that the world no longer has."""
-    for vehicle in list(state.vehicles):
-        if vehicle.vehicle_id in snapshot.index_of:
-            continue
+    gone = np.flatnonzero(state.rows < 0).tolist()
+    for vehicle in [state.vehicles.in_slot_order[index] for index in gone]:
         why = "arrived" if vehicle.vehicle_id in snapshot.arrived else "left the world"
         give_back(state, world, vehicle.vehicle_id, why)
 
@@ -164,6 +158,7 @@ def release(state: RunState, vehicle_id: str, why: str) -> None:
     drivetrain.forget(state, vehicle_id)
     grip.forget(state, vehicle_id)
     vehicle = state.vehicles.remove(vehicle_id)
+    state.alarms.forget(vehicle)
     if vehicle.link is not None:
         vehicle.link.close()
     state.fleet.vacate(vehicle_id)
@@ -185,6 +180,7 @@ def fill_row(fleet: Fleet, slot: int, snapshot: Snapshot, row: int, binding: Bin
     fleet.safety_devices[slot] = binding.profile.base_device_bits
     fleet.partial_mode[slot] = binding.partial_mode
     fleet.driver[slot] = binding.driver
+    fleet.keeps_lane[slot] = binding.coupling is CouplingKind.LANE
     fleet.driver_reaction_s[slot] = binding.driver_reaction_s
     fleet.driver_steered[slot] = True  # until now the world's driver has driven it
     cold = binding.start is StartKind.COLD

@@ -72,6 +72,7 @@ class Simulation:
         self._contact = contact
         self._references = ReferenceGenerator()
         self._broken = False
+        self._ids_of_rows: tuple[str, ...] = ()
         self.snapshot: Snapshot = world.start()
         if lifecycle.bind_new(self.state, world, self._selector, self.snapshot):
             self._resolve_modes()
@@ -179,7 +180,8 @@ class Simulation:
                 requests.apply_scheduled(state, self.world, tick)
         by_computer = crash.also_held(state, by_computer)
         before_step = self.snapshot
-        self.snapshot = snapshot = self.world.step(exchange.placement_of(fleet, fleet.bound, *by_computer))
+        self.snapshot = snapshot = self.world.step(exchange.placement_of(fleet, *by_computer))
+        self._find_rows(before_step)
         self._adopt(snapshot, *by_computer, before)
         reporting.note_world(state, snapshot)
         reporting.note_teleports(state, self.world.road, before_step, snapshot)
@@ -213,9 +215,22 @@ class Simulation:
     ) -> None:
         self.close()
 
+    def _find_rows(self, before: Snapshot) -> None:
+        """Look up once a step where the bound vehicles stand in the snapshot."""
+        state, ids = self.state, self.fleet.bound_ids
+        if ids is not self._ids_of_rows or self.snapshot.ids != before.ids:
+            state.rows, self._ids_of_rows = exchange.rows_of(self.snapshot, ids), ids
+
     def _resolve_modes(self) -> None:
-        """Look the modes up, let drivers take what was released, start references where an axis changes."""
-        fleet = self.fleet
+        """Look the modes up, let drivers take what was released, start references where an axis changes.
+
+        While nothing that this reads has changed since, the modes are what they were.
+        """
+        state, fleet = self.state, self.fleet
+        if state.seen.shape[1] != fleet.num_slots:
+            state.seen = np.full((2, fleet.num_slots), -1)
+        if not (moding.has_changed(fleet, state.seen, self.now_s) or state.alarms.has_unseen):
+            return
         answer = moding.resolve(fleet, self.state.vehicles.groups)
         axes = moding.take_axes(fleet, answer, self.now_s)
         reporting.note_modes(self.state, axes)
@@ -264,11 +279,7 @@ class Simulation:
     ) -> None:
         """Take back what the world moved itself: the driver's axes, and positions of lane couplings."""
         fleet = self.fleet
-        slots = exchange.moved_by_world(
-            fleet, computer_speed, computer_steering, lifecycle.in_lane(self.state)
-        )
-        rows = exchange.rows_of(snapshot, [str(fleet.ids[slot]) for slot in slots.tolist()])
-        slots, rows = slots[rows >= 0], rows[rows >= 0]
+        slots, rows = exchange.moved_by_world(fleet, self.state.rows, computer_speed, computer_steering)
         steered = ~computer_steering
         fleet.heading_ease_rad = exchange.heading_ease(
             fleet, snapshot, slots, rows, steered, self.state.clock.step_s

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from xgv_cosim import kernel
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal, LostFunction
-from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column
+from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, WordMatrix
 from xgv_cosim.fleet import Fleet, HeldOutputs
 from xgv_cosim.vehicles.base import ModeInputs, Resolution, VehicleProfile
 
@@ -22,6 +23,44 @@ class AxisModes(NamedTuple):
     speed_released_s: FloatColumn
     steering_released_s: FloatColumn
     handed_over: BoolColumn
+
+
+def has_changed(fleet: Fleet, seen: WordMatrix, now_s: float) -> bool:
+    """Return whether modes and reports may be others than when ``seen`` was written, and write it.
+
+    Not in it is what changes only with a call that touches the vehicle (``alarms``).
+    """
+    command, motion, limits = fleet.command, fleet.motion, fleet.parameters
+    return kernel.note_inputs(
+        seen,
+        fleet.safety_devices,
+        fleet.control_mode,
+        fleet.ready_mode,
+        fleet.safety_mode,
+        fleet.partial_mode,
+        command.kind,
+        fleet.lost_functions,
+        fleet.longitudinal,
+        fleet.lateral,
+        fleet.gear_wanted,
+        motion.gear,
+        fleet.driver,
+        fleet.frozen,
+        fleet.handed_over,
+        fleet.engine_on,
+        fleet.parking_brake,
+        motion.speed_mps,
+        motion.brake,
+        command.speed_mps,
+        command.throttle,
+        command.brake,
+        limits.shift_speed_mps,
+        limits.shift_brake,
+        fleet.driver_reaction_s,
+        fleet.speed_released_s,
+        fleet.steering_released_s,
+        now_s,
+    )
 
 
 def resolve(fleet: Fleet, groups: Sequence[tuple[VehicleProfile, IntColumn]]) -> Resolution:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
 import numpy as np
 
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal, LostFunction
-from xgv_cosim.columns import BoolColumn, UInt8Column
+from xgv_cosim.columns import BoolColumn, IntColumn, UInt8Column
 from xgv_cosim.road import Road
 from xgv_cosim.simulation import braking, commanding, setpoints
 from xgv_cosim.simulation.binding import BoundVehicle
@@ -74,8 +76,9 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
     A stop that a frozen controller holds counts as the stop that it is; it may have frozen before the brake
     was there.
     """
-    fleet = state.fleet
-    _tell_who_drags(state)
+    fleet, unseen = state.fleet, state.alarms.take_unseen()
+    _tell_who_drags(state, unseen)
+    unseen |= state.alarms.take_unseen()
     pausing = pausing | _held_pauses(state)
     governed = braking.governed_by(fleet)
     left_to_human = pausing & fleet.handed_over & np.isin(fleet.longitudinal, _NOT_THE_COMPUTERS)
@@ -86,7 +89,11 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
     reach = braking.reach_of(fleet)
     weaker = braking.is_weaker_than_set(fleet, reach) & ~without_brake
     weaker_than_full = braking.is_weaker_than_full(fleet, reach) & ~without_brake
-    for vehicle in state.vehicles:
+    told = fleet.safety_mode.astype(np.int64)
+    for flag in (left_to_human, without_brake, without_command, weaker, weaker_than_full, pausing):
+        told = 2 * told + flag
+    told = 2 * told + fleet.handed_over
+    for vehicle in _changed(state, state.told, told, unseen):
         slot, mode = vehicle.slot, int(fleet.safety_mode[vehicle.slot])
         masked = vehicle.devices.masked_stops(mode, handed_over=bool(fleet.handed_over[slot]))
         now = {("stop_masked", what): why for what, why in masked.items()}
@@ -110,12 +117,30 @@ def note_stops_without_effect(state: RunState, pausing: BoolColumn) -> None:
             if (kind, what) not in vehicle.lasting:
                 vehicle.lasting[kind, what] = state.now_s
                 state.note(vehicle.vehicle_id, kind, "", what, (why,))
+    state.told = told
 
 
-def _tell_who_drags(state: RunState) -> None:
+def _changed(
+    state: RunState,
+    before: IntColumn | BoolColumn,
+    after: IntColumn | BoolColumn,
+    unseen: Mapping[int, BoundVehicle],
+) -> Iterator[BoundVehicle]:
+    """Return in slot order the vehicles of which a column says something new, or that were touched."""
+    slots = set(unseen)
+    if before.shape == after.shape:
+        slots.update(np.flatnonzero(before != after).tolist())
+    else:
+        slots.update(state.fleet.bound.tolist())
+    names = (state.fleet.ids[slot] for slot in sorted(slots))
+    return (state.vehicles[name] for name in names if name is not None)
+
+
+def _tell_who_drags(state: RunState, unseen: Mapping[int, BoundVehicle]) -> None:
     """Let endpoints warn of a parking brake against which the computer drives, and no longer does."""
-    drags = setpoints.drags_parking_brake(state.fleet)
-    for vehicle in state.vehicles:
+    drags, before = setpoints.drags_parking_brake(state.fleet), state.dragging
+    state.dragging = drags
+    for vehicle in _changed(state, before, drags, unseen):
         if vehicle.is_computing and vehicle.drags != drags[vehicle.slot]:
             vehicle.drags = bool(drags[vehicle.slot])
             told = vehicle.endpoint.parking_brake_drags(vehicle.drags, state.now_s)
@@ -201,11 +226,16 @@ def note_teleports(state: RunState, road: Road, before: Snapshot, snapshot: Snap
 
 def _note_road(state: RunState, snapshot: Snapshot) -> None:
     """Enter when a bound vehicle leaves the road, and when it is back; a released one is not back."""
-    rows = {vehicle.vehicle_id: snapshot.index_of.get(vehicle.vehicle_id) for vehicle in state.vehicles}
-    off = {name for name, row in rows.items() if row is not None and snapshot.lane[row] < 0}
+    is_there = state.rows >= 0
+    is_off = is_there.copy()
+    is_off[is_there] = snapshot.lane[state.rows[is_there]] < 0
+    if not state.off_road and not is_off.any():
+        return
+    names = state.fleet.bound_ids
+    off = {names[index] for index in np.flatnonzero(is_off).tolist()}
     for name in sorted(off - state.off_road):
         state.note(name, "road", "on_road", "off_road", ("its front is on no lane",))
-    nowhere = {name for name in state.off_road if name in rows and rows[name] is None}
-    for name in sorted((state.off_road & rows.keys()) - off - nowhere):
+    nowhere = {names[index] for index in np.flatnonzero(~is_there).tolist()} & state.off_road
+    for name in sorted((state.off_road & set(names)) - off - nowhere):
         state.note(name, "road", "off_road", "on_road")
     state.off_road = off | nowhere

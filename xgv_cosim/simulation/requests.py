@@ -68,8 +68,8 @@ def next_edge(state: RunState, tick: int, end: int) -> int:
     """Return the next tick after ``tick`` on which something acts, at most ``end``."""
     ticks = state.devices.ticks_between(tick + 1, end)
     for deadline_s in (
-        commanding.next_deadline_s(state),
-        safety.next_deadline_s(state),
+        commanding.next_expiry_s(state),
+        state.alarms.next_s,
         moding.next_take_over_s(state.fleet),
     ):
         if math.isfinite(deadline_s):
@@ -109,6 +109,8 @@ def apply_edges(state: RunState, edges: list[Edge], world: World | None = None) 
             words = f"transmitter {vehicle.binding.transmitter}, used for {edge.vehicle_id}"
             _note_served(state, others, before, after, words)
         safety.apply(state, vehicle, edge.kind, edge.code, begins=edge.begins)
+        if edge.kind in _PRESSES:
+            _touch_served(state, vehicle.binding.transmitter)
 
 
 def _why_nobody(state: RunState, name: str, world: World | None) -> tuple[str, ...]:
@@ -130,7 +132,7 @@ def _use_transmitter(state: RunState, edge: Edge) -> None:
     if transmitter is None:
         raise ValueError("an edge at a transmitter without a name")
     transmitter.use(edge.kind, "", state.now_s, begins=edge.begins)
-    served = _served(state, edge.transmitter)
+    served = _touch_served(state, edge.transmitter)
     before, after = ("", edge.kind.value) if edge.begins else (edge.kind.value, "")
     _note_served(state, served, before, after, f"transmitter {edge.transmitter}")
     if edge.begins and not served:
@@ -141,12 +143,24 @@ def _use_transmitter(state: RunState, edge: Edge) -> None:
 def _let_go(state: RunState, edge: Edge) -> None:
     """End what a vehicle that has left held at a transmitter: the car is gone, the radio is not."""
     if edge.kind in _PRESSES and not edge.begins:
-        for transmitter in state.transmitters.values():
+        for name, transmitter in state.transmitters.items():
             transmitter.use(edge.kind, edge.vehicle_id, state.now_s, begins=False)
+            _touch_served(state, name)
 
 
 def _served(state: RunState, transmitter: str) -> list[BoundVehicle]:
-    return [vehicle for vehicle in state.vehicles if vehicle.binding.transmitter == transmitter]
+    """Return who hears a transmitter that vehicles share; nobody without its name."""
+    return [
+        vehicle for vehicle in state.vehicles if transmitter and vehicle.binding.transmitter == transmitter
+    ]
+
+
+def _touch_served(state: RunState, transmitter: str) -> list[BoundVehicle]:
+    """Let everybody who hears a transmitter look anew at when something of it arrives; return them."""
+    served = _served(state, transmitter)
+    for vehicle in served:
+        state.alarms.touch(vehicle)
+    return served
 
 
 def _note_served(state: RunState, served: list[BoundVehicle], before: str, after: str, words: str) -> None:

@@ -28,21 +28,17 @@ def operate(state: RunState, vehicle: BoundVehicle, action: OperatorAction) -> N
 
 def meet_deadlines(state: RunState) -> None:
     """Let devices do what is due at this tick (XGV-71)."""
-    for vehicle in state.vehicles:
+    for vehicle in state.alarms.due(state.now_s):
         devices = vehicle.devices
         if devices.next_deadline_s <= state.now_s + 1e-9:
             _take(state, vehicle, devices.handle_deadline(state.now_s), devices.is_active)
-
-
-def next_deadline_s(state: RunState) -> float:
-    """Return when the next device wants to act."""
-    return min((vehicle.devices.next_deadline_s for vehicle in state.vehicles), default=float("inf"))
 
 
 def _take(
     state: RunState, vehicle: BoundVehicle, events: Sequence[EndpointChanged], was_active: bool
 ) -> None:
     """Draw the consequences of a change of devices, in the order controller, errors, modes."""
+    state.alarms.touch(vehicle)
     for event in events:
         state.note(vehicle.vehicle_id, event.kind, event.before, event.after, event.reasons)
     is_active = vehicle.devices.is_active

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from xgv_cosim import kernel
 from xgv_cosim.actuation import Gear, Longitudinal
-from xgv_cosim.columns import BoolColumn, FloatColumn, UInt8Column
-from xgv_cosim.commands import CommandKind
-from xgv_cosim.controllers.speed import STANDSTILL_MPS
+from xgv_cosim.columns import BoolColumn, UInt8Column
 from xgv_cosim.fleet import Fleet, Motion, Reference, Setpoints
 from xgv_cosim.parameters import ParameterColumns
 from xgv_cosim.plant.gearbox import gear_direction
@@ -30,34 +29,56 @@ def setpoints_of(fleet: Fleet) -> Setpoints:
     target is standstill: the reference never crosses zero without the gear (XGV-70). A pause leaves the
     gear where it is (XGV-36).
     """
-    command, reference, limits = fleet.command, fleet.reference, fleet.parameters
-    follows_motion = command.kind == CommandKind.MOTION_PROFILE
-    stopping = fleet.longitudinal == Longitudinal.CONTROLLED_STOP
-
-    without = np.where(fleet.centres_without_command, 0.0, reference.curvature_per_m)
-    curvature = np.clip(command.curvature_per_m, -limits.max_curvature_per_m, limits.max_curvature_per_m)
-    rate = np.where(follows_motion, command.max_curvature_rate_per_m_s, limits.max_curvature_rate_per_m_s)
+    command, held, limits = fleet.command, fleet.held, fleet.parameters
+    numbers, gears = np.empty((9, fleet.num_slots)), np.empty(fleet.num_slots, np.uint8)
+    kernel.set_points(
+        numbers,
+        gears,
+        fleet.longitudinal,
+        fleet.frozen,
+        fleet.engine_on,
+        fleet.centres_without_command,
+        fleet.gear_wanted,
+        fleet.motion.gear,
+        fleet.motion.speed_mps,
+        fleet.reference.curvature_per_m,
+        fleet.stop_decel_mps2,
+        fleet.stop_hold_brake,
+        fleet.brake_share_without_engine,
+        held.throttle,
+        held.brake,
+        held.steer_rad,
+        command.kind,
+        command.speed_mps,
+        command.max_accel_mps2,
+        command.curvature_per_m,
+        command.max_curvature_rate_per_m_s,
+        command.throttle,
+        command.brake,
+        command.steering,
+        limits.max_curvature_per_m,
+        limits.max_curvature_rate_per_m_s,
+        limits.max_jerk_mps3,
+        limits.max_steer_rad,
+    )
+    speed_mps, decel_mps2, jerk_mps3, curvature, rate, throttle, brake, steer_rad, authority = numbers
     return Setpoints(
         longitudinal=fleet.longitudinal,
         lateral=fleet.lateral,
-        target_speed_mps=np.where(stopping | ~_drives_as_commanded(fleet), 0.0, command.speed_mps),
+        target_speed_mps=speed_mps,
         accel_limit_mps2=command.max_accel_mps2,
-        decel_limit_mps2=np.where(stopping, fleet.stop_decel_mps2, command.max_accel_mps2),
-        jerk_limit_mps3=np.where(stopping, np.inf, limits.max_jerk_mps3),
-        target_curvature_per_m=np.where(follows_motion, curvature, without),
+        decel_limit_mps2=decel_mps2,
+        jerk_limit_mps3=jerk_mps3,
+        target_curvature_per_m=curvature,
         curvature_rate_limit_per_m_s=rate,
         curvature_jerk_limit_per_m_s2=limits.max_curvature_jerk_per_m_s2,
-        throttle=np.where(fleet.frozen, fleet.held.throttle, _throttle(fleet)),
-        brake=np.where(
-            fleet.longitudinal == Longitudinal.OPEN_LOOP,
-            np.where(fleet.frozen, fleet.held.brake, command.brake),
-            fleet.stop_hold_brake,
-        ),
-        steer_rad=np.where(fleet.frozen, fleet.held.steer_rad, command.steering * limits.max_steer_rad),
-        gear_wanted=_gear_wanted(fleet),
+        throttle=throttle,
+        brake=brake,
+        steer_rad=steer_rad,
+        gear_wanted=gears,
         engine_on=fleet.engine_on,
         parking_brake=fleet.parking_brake,
-        brake_authority=np.where(fleet.engine_on, 1.0, fleet.brake_share_without_engine),
+        brake_authority=authority,
         lost_functions=fleet.lost_functions,
     )
 
@@ -66,30 +87,6 @@ def turns(gear: UInt8Column | np.uint8, wanted: UInt8Column | np.uint8) -> BoolC
     """Return where a change of gear is one of direction; neutral and park drive nowhere."""
     changes: BoolColumn = _DIRECTIONS[gear] != _DIRECTIONS[wanted]
     return changes
-
-
-def _throttle(fleet: Fleet) -> FloatColumn:
-    """Return the commanded throttle, withheld while a change of direction waits for standstill (XGV-70).
-
-    Else it would drive the car on in the old gear, and the shift would never come.
-    """
-    return np.where(turns(fleet.motion.gear, fleet.gear_wanted), 0.0, fleet.command.throttle)
-
-
-def _drives_as_commanded(fleet: Fleet) -> BoolColumn:
-    """Return where the gear in effect drives as the commanded speed asks; low is left at standstill."""
-    gear, speed = fleet.motion.gear, fleet.command.speed_mps
-    starts_in_low = (gear == Gear.LOW) & (np.abs(fleet.motion.speed_mps) < STANDSTILL_MPS)
-    drives: BoolColumn = (_DIRECTIONS[gear] * speed > 0.0) & ~starts_in_low
-    return drives | ~np.isfinite(speed)
-
-
-def _gear_wanted(fleet: Fleet) -> UInt8Column:
-    """Return the gear to which each selector is to go; modes without shifting leave it (XGV-31, XGV-36)."""
-    gear, speed = fleet.motion.gear, fleet.command.speed_mps
-    by_sign = np.where(speed > 0.0, np.uint8(Gear.DRIVE), np.where(speed < 0.0, np.uint8(Gear.REVERSE), gear))
-    by_command = np.where(fleet.longitudinal == Longitudinal.OPEN_LOOP, fleet.gear_wanted, gear)
-    return np.where(fleet.longitudinal == Longitudinal.CLOSED_LOOP, by_sign, by_command)
 
 
 def gear_kept(fleet: Fleet) -> UInt8Column:

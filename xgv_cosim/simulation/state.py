@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from jaus.address import JausAddress
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.clock import Clock
+from xgv_cosim.columns import BoolColumn, IntColumn, WordMatrix
 from xgv_cosim.endpoint import StackMessage
 from xgv_cosim.errors import UnknownVehicleError
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.injection import InjectionKind, OperatorAction
+from xgv_cosim.simulation.alarms import Alarms
 from xgv_cosim.simulation.binding import Binding, BoundVehicle
 from xgv_cosim.simulation.bound import BoundVehicles
 from xgv_cosim.simulation.devices import Devices, Edge
@@ -28,6 +32,15 @@ class RunState:
     devices: Devices
     fleet: Fleet = field(default_factory=Fleet)
     vehicles: BoundVehicles = field(default_factory=BoundVehicles)
+    alarms: Alarms = field(default_factory=Alarms)
+    rows: IntColumn = field(default_factory=lambda: np.empty(0, np.int64))
+    """Row of each bound vehicle in the last snapshot, in slot order; -1: it is not there."""
+    seen: WordMatrix = field(default_factory=lambda: np.zeros((2, 0), np.int64))
+    """The inputs of the modes when they were last resolved, see ``kernel.watching``."""
+    told: IntColumn = field(default_factory=lambda: np.zeros(0, np.int64))
+    """What ``reporting.note_stops_without_effect`` last saw of each slot, in bits."""
+    dragging: BoolColumn = field(default_factory=lambda: np.zeros(0, np.bool_))
+    """Which slots it last saw driving against the set parking brake."""
     transmitters: dict[str, Transmitter] = field(default_factory=dict)
     """Transmitters that several vehicles share, by name."""
     waiting: Waiting = field(default_factory=Waiting)

@@ -45,7 +45,7 @@ def send_observations(state: RunState, snapshot: Snapshot, world: World) -> None
     In every mode: what a human drives is measured and reported all the same (XGV-03). Beside the modes it has
     the status and the controller of both drivers, from which a client works the modes out itself (XGV-44).
     """
-    listening = [(vehicle, vehicle.link) for vehicle in state.vehicles if vehicle.link is not None]
+    listening = state.vehicles.linked
     if not listening:
         return
     slots = np.array([vehicle.slot for vehicle, _ in listening], np.int64)

@@ -52,7 +52,7 @@ def scripted(open_hello: Opener) -> Scripted:
         simulation = open_hello("bind.0.stack=none", *overrides)
         simulation.step()
         script, vehicle = Script(), simulation.state.vehicle("xgv_0")
-        vehicle.link = InProcessLink(script, stack_address(vehicle.slot))
+        simulation.state.vehicles.connect("xgv_0", InProcessLink(script, stack_address(vehicle.slot)))
         simulation.run_until(5.0)
         return simulation, script
 

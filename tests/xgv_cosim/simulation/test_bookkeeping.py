@@ -21,7 +21,7 @@ from xgv_cosim.traveller import Traveller
 def test_a_vacated_slot_is_as_new_and_is_used_again() -> None:
     fleet, fresh = Fleet(), Fleet()
     slot = fleet.occupy("a")
-    columns = {name: getattr(fleet, name) for name in fleet.__slots__ if name != "ids"}
+    columns = {name: getattr(fleet, name) for name in fleet.__slots__ if name != "ids" and name[0] != "_"}
     for value in columns.values():
         for column in value if isinstance(value, tuple) else (value,):
             column[slot] = 1 if column[slot] == 0 else 0

@@ -25,8 +25,7 @@ def engaged(run: Simulation) -> list[tuple[float, str, str, tuple[str, ...]]]:
 def stand_and_shift(step_s: float, speed_mps: float = 0.0, **parameters: float) -> Simulation:
     """Brake in wrench efforts until the car stands, and command reverse at 0.5 s."""
     run = simulation({"car": Car(speed_mps)}, [], step_s=step_s, **parameters)
-    vehicle = run.state.vehicle("car")
-    vehicle.link = None
+    run.state.vehicles.connect("car", None)
     car = run.vehicle("car")
 
     def say(*messages: StackMessage) -> None:

@@ -14,10 +14,16 @@ from xgv_cosim.commands import CommandKind, DiscreteDevices
 from xgv_cosim.endpoint import CommandStatus, DevicesCommanded, RequestControl
 from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.simulation import Simulation, commanding, safety
+from xgv_cosim.simulation.state import RunState
 from xgv_cosim.vehicles.xgv.safestop import SafeStopSettings
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 
 FROZEN, INACTIVE, LINK = InjectionKind.FROZEN, InjectionKind.INACTIVE, InjectionKind.LINK
+
+
+def next_s(state: RunState) -> float:
+    """Return when somebody acts next: a command ends, or endpoint, devices or a message on the way act."""
+    return min(commanding.next_expiry_s(state), state.alarms.next_s)
 
 
 class Bench:
@@ -206,13 +212,13 @@ def test_a_hardware_override_of_a_frozen_car_is_noticed_when_it_goes_on_xgv_30_x
 def test_devices_act_when_they_are_due_and_not_before_xgv_42_xgv_71() -> None:
     bench = Bench(safestop=SafeStopSettings(latency_s=0.05))
     bench.apply(LINK)
-    assert safety.next_deadline_s(bench.state) == pytest.approx(1.5)  # the frame of 0.95 came at 1.0
+    assert bench.car.devices.next_deadline_s == pytest.approx(1.5)  # the frame of 0.95 came at 1.0
     safety.meet_deadlines(bench.at(1.49).state)
     assert bench.told() == []
     safety.meet_deadlines(bench.at(1.5).state)
     assert bench.told()[:2] == [("safestop_link", "good", "none"), ("error", "", "9138")]
     assert bench.fleet.safety_devices[0] & 0b11010 == 0b00010  # pause relay open, no link
-    assert safety.next_deadline_s(bench.state) == math.inf
+    assert bench.car.devices.next_deadline_s == math.inf
 
 
 def test_a_device_that_is_due_a_rounding_later_is_due_and_one_of_an_inactive_car_boots_nothing() -> None:
@@ -220,7 +226,7 @@ def test_a_device_that_is_due_a_rounding_later_is_due_and_one_of_an_inactive_car
     bench.apply(LINK)
     bench.apply(INACTIVE).told()
     bench.state.clock.tick = 147
-    assert safety.next_deadline_s(bench.state) == pytest.approx(1.45 + 0.05)
+    assert bench.car.devices.next_deadline_s == pytest.approx(1.45 + 0.05)
     safety.meet_deadlines(bench.state)
     assert bench.told() == []
     endpoint = bench.car.endpoint
@@ -232,8 +238,7 @@ def test_a_device_that_is_due_a_rounding_later_is_due_and_one_of_an_inactive_car
 
 def test_nobody_bound_nothing_due() -> None:
     run = simulation({"late": Car(10.0, enters_s=5.0)}, [])
-    assert safety.next_deadline_s(run.state) == math.inf
-    assert commanding.next_deadline_s(run.state) == math.inf
+    assert next_s(run.state) == math.inf
 
 
 def test_an_operators_initialisation_is_told_and_changes_the_device_word_xgv_69() -> None:
@@ -253,7 +258,7 @@ def test_a_command_ends_on_the_tick_on_which_it_expires_and_no_sooner_xgv_43() -
     bench = Bench()
     command = bench.fleet.command
     expires_s = float(command.expires_s[0])
-    assert commanding.next_deadline_s(bench.state) == expires_s
+    assert next_s(bench.state) == expires_s
     commanding.meet_deadlines(bench.at(1.29).state)
     assert command.kind[0] == CommandKind.MOTION_PROFILE
     command.expires_s[0] = 1.3 + 5e-10  # a sum of floats
@@ -267,7 +272,7 @@ def test_a_frozen_or_inactive_controller_meets_no_deadline_xgv_32_xgv_43_xgv_67(
         bench = Bench()
         expires_s = float(bench.fleet.command.expires_s[0])
         bench.apply(kind).told()
-        assert commanding.next_deadline_s(bench.state) == math.inf
+        assert next_s(bench.state) == math.inf
         commanding.meet_deadlines(bench.at(30.0).state)
         assert bench.told() == []
         assert bench.fleet.command.expires_s[0] == (expires_s if kind is FROZEN else math.inf)
@@ -276,7 +281,7 @@ def test_a_frozen_or_inactive_controller_meets_no_deadline_xgv_32_xgv_43_xgv_67(
 def test_a_silent_controller_loses_control_on_its_tick_xgv_65() -> None:
     bench = Bench(controller_timeout_s=2.0)
     bench.fleet.command.expires_s[0] = 50.0
-    assert commanding.next_deadline_s(bench.state) == pytest.approx(2.9)
+    assert next_s(bench.state) == pytest.approx(2.9)
     commanding.meet_deadlines(bench.at(2.89).state)
     assert bench.told() == []
     commanding.meet_deadlines(bench.at(2.9).state)
@@ -285,4 +290,4 @@ def test_a_silent_controller_loses_control_on_its_tick_xgv_65() -> None:
         "Motion Profile Driver: 1.2.2.1",
         "Motion Profile Driver: nobody",
     )
-    assert commanding.next_deadline_s(bench.state) == math.inf  # its command was dropped with it
+    assert next_s(bench.state) == math.inf  # its command was dropped with it

@@ -84,10 +84,9 @@ def test_command_time_outs_act_on_their_tick_xgv_43(stack: type, code: str, gone
     """The last command is that of 3.00 s; error and pause come in the middle of a step, together."""
     lost = injection(304, InjectionKind.CMD_LOSS, "car", end_tick=407)
     run = simulation({"car": Car(12.0)}, [lost], XgvSettings(wrench_timeout_s=0.37))
-    vehicle = run.state.vehicle("car")
     address = JausAddress(1, 2, 2, 1)
     arguments = (address,) if stack is PressesPedals else (address, 12.0)
-    vehicle.link = InProcessLink(stack(*arguments), address)
+    run.state.vehicles.connect("car", InProcessLink(stack(*arguments), address))
     run.run_until(5.0)
     assert rows(run, "error") == [(pytest.approx(gone_s), code), (4.1, "")]
     assert rows(run, "safety_mode") == [(pytest.approx(gone_s), "software_pause"), (4.1, "drive_by_wire")]
