@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -75,6 +76,28 @@ class Snapshot:
     def index_of(self) -> dict[str, int]:
         """Return the index of each vehicle id."""
         return {vehicle_id: index for index, vehicle_id in enumerate(self.ids)}
+
+    def read_all(self) -> None:
+        """Make the snapshot one that can be kept: a world may read columns only when they are asked for.
+
+        What such a world has not read by its next step is gone, and asking for it then is an error.
+        """
+
+    def has(self, name: str, row: int) -> bool:  # noqa: ARG002 - for worlds that read on demand
+        """Return whether a row of a column can still be asked for."""
+        return True
+
+    def of(self, name: str, rows: IntColumn) -> Any:  # noqa: ANN401 - a column of the name's own type
+        """Return the values of some rows of a column; where columns are read on demand, only these are."""
+        return getattr(self, name)[rows]
+
+    def value(self, name: str, row: int) -> float:
+        """Return the value of one row of a column of numbers, likewise."""
+        return float(self.of(name, np.array([row]))[0])
+
+    def pose_of(self, row: int) -> tuple[float, float, float]:
+        """Return front bumper and heading of one row."""
+        return self.value("front_x_m", row), self.value("front_y_m", row), self.value("heading_rad", row)
 
     def rows_of(self, vehicle_ids: Iterable[str]) -> IntColumn:
         """Return the index of each of some vehicles, -1 where it is not there."""

@@ -94,7 +94,9 @@ class WorldContract(ABC):
     @pytest.fixture
     def moving(self, world: World) -> Snapshot:
         world.start()
-        return world.step(nobody())
+        snapshot = world.step(nobody())
+        snapshot.read_all()
+        return snapshot
 
     def test_time_begins_at_zero_and_advances_by_the_step(self, world: World) -> None:
         times = [world.start().time_s, *(world.step(nobody()).time_s for _ in range(3))]

@@ -91,7 +91,7 @@ def heading_ease(
     """
     ease = np.where(steered, fleet.heading_ease_rad * np.exp(-step_s / HEADING_EASE_S), 0.0)
     taken = steered[slots] & ~fleet.driver_steered[slots]
-    turned = fleet.motion.heading_rad[slots] - snapshot.heading_rad[rows]
+    turned = fleet.motion.heading_rad[slots] - snapshot.of("heading_rad", rows)
     ease[slots] = np.where(taken, np.remainder(turned + np.pi, 2.0 * np.pi) - np.pi, ease[slots])
     return ease
 
@@ -122,13 +122,15 @@ def adopt(
     motion = copied_motion(fleet.motion)
     drives, steers = ~computer_speed[slots], ~computer_steering[slots]
     by_speed, by_steering = slots[drives], slots[steers]
-    motion.heading_rad[by_steering] = snapshot.heading_rad[rows[steers]] + fleet.heading_ease_rad[by_steering]
-    motion.speed_mps[by_speed] = snapshot.speed_mps[rows[drives]]
-    motion.accel_mps2[by_speed] = snapshot.accel_mps2[rows[drives]]
+    motion.heading_rad[by_steering] = (
+        snapshot.of("heading_rad", rows[steers]) + fleet.heading_ease_rad[by_steering]
+    )
+    motion.speed_mps[by_speed] = snapshot.of("speed_mps", rows[drives])
+    motion.accel_mps2[by_speed] = snapshot.of("accel_mps2", rows[drives])
     motion.speed_error_integral_m[by_speed] = 0.0
     reach = front_distance_m(fleet.parameters)[slots]
-    motion.x_m[slots] = snapshot.front_x_m[rows] - reach * np.cos(motion.heading_rad[slots])
-    motion.y_m[slots] = snapshot.front_y_m[rows] - reach * np.sin(motion.heading_rad[slots])
+    motion.x_m[slots] = snapshot.of("front_x_m", rows) - reach * np.cos(motion.heading_rad[slots])
+    motion.y_m[slots] = snapshot.of("front_y_m", rows) - reach * np.sin(motion.heading_rad[slots])
     east, north = motion.x_m - before.x_m, motion.y_m - before.y_m
     forward = east * np.cos(motion.heading_rad) + north * np.sin(motion.heading_rad)
     motion.travelled_m[by_speed] = forward[by_speed]

@@ -113,7 +113,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         ScenarioError: ``bind.start = cold`` while the vehicle moves.
     """
     row = snapshot.index_of[vehicle_id]
-    speed_mps = float(snapshot.speed_mps[row])
+    speed_mps = snapshot.value("speed_mps", row)
     if binding.start is StartKind.COLD and speed_mps > STANDSTILL_MPS:
         raise ScenarioError(
             f"vehicle {vehicle_id!r}: bind.start cold needs a vehicle at standstill, got {speed_mps:.1f} m/s "
@@ -170,13 +170,13 @@ def fill_row(fleet: Fleet, slot: int, snapshot: Snapshot, row: int, binding: Bin
     """Write the first state of a slot: the vehicle as the world has it."""
     for column, name in zip(fleet.parameters, fleet.parameters._fields, strict=True):
         column[slot] = getattr(binding.parameters, name)
-    heading = float(snapshot.heading_rad[row])
+    heading = snapshot.value("heading_rad", row)
     reach = binding.parameters.wheelbase_m + binding.parameters.front_overhang_m
-    fleet.motion.x_m[slot] = snapshot.front_x_m[row] - reach * math.cos(heading)
-    fleet.motion.y_m[slot] = snapshot.front_y_m[row] - reach * math.sin(heading)
+    fleet.motion.x_m[slot] = snapshot.value("front_x_m", row) - reach * math.cos(heading)
+    fleet.motion.y_m[slot] = snapshot.value("front_y_m", row) - reach * math.sin(heading)
     fleet.motion.heading_rad[slot] = heading
-    fleet.motion.speed_mps[slot] = fleet.reference.speed_mps[slot] = snapshot.speed_mps[row]
-    fleet.motion.accel_mps2[slot] = snapshot.accel_mps2[row]
+    fleet.motion.speed_mps[slot] = fleet.reference.speed_mps[slot] = snapshot.value("speed_mps", row)
+    fleet.motion.accel_mps2[slot] = snapshot.value("accel_mps2", row)
     fleet.safety_devices[slot] = binding.profile.base_device_bits
     fleet.partial_mode[slot] = binding.partial_mode
     fleet.driver[slot] = binding.driver

@@ -218,17 +218,24 @@ def note_teleports(state: RunState, road: Road, before: Snapshot, snapshot: Snap
     for vehicle_id in snapshot.teleported:
         row, place = before.index_of.get(vehicle_id), "not on the road before"
         if row is not None:
-            lane = int(before.lane[row])
-            where = f"lane {road.lane_ids[lane]} at {before.lane_position_m[row]:.1f} m"
-            place = f"{where if lane >= 0 else 'off the road'}, {before.speed_mps[row]:.1f} m/s"
+            place = _place(road, before, row)
         state.note(vehicle_id, "teleport", "bound" if vehicle_id in state.vehicles else "", "", (place,))
+
+
+def _place(road: Road, snapshot: Snapshot, row: int) -> str:
+    """Return in words where a vehicle was; nobody may have looked at one that is not bound."""
+    if not (snapshot.has("lane", row) and snapshot.has("speed_mps", row)):
+        return "place not looked at"
+    lane = int(snapshot.value("lane", row))
+    where = f"lane {road.lane_ids[lane]} at {snapshot.value('lane_position_m', row):.1f} m"
+    return f"{where if lane >= 0 else 'off the road'}, {snapshot.value('speed_mps', row):.1f} m/s"
 
 
 def _note_road(state: RunState, snapshot: Snapshot) -> None:
     """Enter when a bound vehicle leaves the road, and when it is back; a released one is not back."""
     is_there = state.rows >= 0
     is_off = is_there.copy()
-    is_off[is_there] = snapshot.lane[state.rows[is_there]] < 0
+    is_off[is_there] = snapshot.of("lane", state.rows[is_there]) < 0
     if not state.off_road and not is_off.any():
         return
     names = state.fleet.bound_ids

@@ -90,6 +90,9 @@ class World(Protocol):
     def step(self, placement: Placement) -> Snapshot:
         """Advance the world by one step with the bound vehicles where ``placement`` says.
 
+        Columns of the snapshot may be read only when they are asked for; what nobody has asked for by the
+        next step is gone, unless ``Snapshot.read_all`` was called.
+
         Raises:
             WorldError: The engine failed; the world is closed.
         """

@@ -15,7 +15,7 @@ from tests.xgv_cosim.step_listener.conftest import BINARY, Script
 from tests.xgv_cosim.step_listener.scripts import Trace, command, config_of
 from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.errors import WorldError
-from xgv_cosim.worlds.sumo.placed import REPORTED_TOLERANCE_MPS
+from xgv_cosim.worlds.sumo.reader import REPORTED_TOLERANCE_MPS
 
 HELLO = config_of("hello")
 BOUND = car("xgv", 20, 8.0, lane=1, kind="xgv")

@@ -13,8 +13,11 @@ from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.worlds.base import Placement
 from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
+from xgv_cosim.worlds.sumo.handover import HeadingEasing
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
+from xgv_cosim.worlds.sumo.roster import Roster
 from xgv_cosim.worlds.sumo.world import SumoWorld
+from xgv_cosim.worlds.sumo.written import nothing_written
 
 if TYPE_CHECKING:
     from xgv_cosim.snapshot import Snapshot
@@ -50,6 +53,7 @@ def seen(folder: Path, lost_by_m: float) -> Snapshot:
         )  # fmt: skip
         for _ in range(3):
             snapshot = world.step(placement)
+        snapshot.read_all()
         return snapshot
     finally:
         world.close()
@@ -79,14 +83,16 @@ def test_behind_its_own_ghost_a_car_sees_its_neighbours(tmp_path: Path) -> None:
     try:
         world.start()
         snapshot = world.step(nobody())
-        reader = SnapshotReader(world._open(), world.road)
+        bound = Roster()
+        bound.add("ego", CouplingKind.FREE)
+        reader = SnapshotReader(world._open(), world.road, 0.1, bound)
         owner_of = dict.fromkeys(ghosts, "ego")
         world.bind("lost", CouplingKind.FREE)
         for lost in (False, True):
             if lost:
                 snapshot = world.step(place("lost", 0.0, -500.0, 0.0, speed_mps=0.0, travelled_m=0.0))
                 assert snapshot.lane[snapshot.index_of["lost"]] == -1
-            seen = reader.read(("ego",), (), owner_of)
+            seen = reader.read(nothing_written(), None, HeadingEasing(0.1), (), owner_of)
             row = seen.index_of["ego"]
             assert seen.ids[seen.leader[row]] == "leader"
             assert seen.ids[seen.follower[row]] == "follower"

@@ -10,7 +10,7 @@ import pytest
 from tests.contracts.world_contract import WorldContract, ahead, nobody, place, stay
 from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.actuation import CouplingKind
-from xgv_cosim.worlds.sumo.reader import SIGHT_M
+from xgv_cosim.worlds.sumo.neighbours import SIGHT_M
 from xgv_cosim.worlds.sumo.world import SumoWorld
 
 if TYPE_CHECKING:

@@ -10,18 +10,20 @@ from xgv_cosim.worlds.sumo.choosing import Couplings, told
 from xgv_cosim.worlds.sumo.couplings import Targets
 from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.held import Held
-from xgv_cosim.worlds.sumo.placing import TOLERANCE_M, TOLERANCE_RAD, Seen, Wanted, Way, Yields, decide
+from xgv_cosim.worlds.sumo.placing import Seen, Wanted, Way, Yields, decide
 from xgv_cosim.worlds.sumo.roster import Roster
 from xgv_cosim.worlds.sumo.route_ends import RouteEnds
+from xgv_cosim.worlds.sumo.shadows import Shadows
 from xgv_cosim.worlds.sumo.standstill import PERIOD_S, Standstill
 from xgv_cosim.worlds.sumo.straddling import Owners, Straddling
 from xgv_cosim.worlds.sumo.switching import Switching
+from xgv_cosim.worlds.sumo.written import Written, nothing_written
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from xgv_cosim.actuation import CouplingKind
-    from xgv_cosim.columns import BoolColumn, IntColumn
+    from xgv_cosim.columns import BoolColumn, IntColumn, UInt8Column
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.base import Placement
     from xgv_cosim.worlds.sumo.engine import Engine
@@ -44,8 +46,10 @@ class Bindings:
         self._ends = RouteEnds(engine, road, step_s)
         self._straddling = Straddling(road) if with_ghosts else None
         self._standstill = Standstill(engine, step_s)
+        self._shadows = Shadows(engine, road)
         self._held = Held(engine, self._couplings.free, self._standstill)
-        self._in_lane_frame: frozenset[str] = frozenset()
+        self.written = nothing_written()
+        """What the last step wrote."""
         self.ghosts = Ghosts(engine, road, self._standstill)
 
     @property
@@ -70,7 +74,7 @@ class Bindings:
         on no lane either, but SUMO's driver knows his way back.
         """
         row = now.index_of.get(vehicle_id)
-        off_road = row is not None and now.lane[row] < 0
+        off_road = row is not None and now.value("lane", row) < 0
         off_road = off_road and not self._engine.vehicle.isStoppedParking(vehicle_id)
         before, after = self.bound.way_of(vehicle_id), Way.FREE if off_road else Way.WORLD_DRIVER
         if before is not after:
@@ -125,6 +129,7 @@ class Bindings:
             WorldError: One of them is not bound; none has been written then.
         """
         roster = self.bound.in_order_of(placement.ids)
+        self.written = nothing_written()
         if not before.ids:
             return
         self._held.write(before)
@@ -145,28 +150,37 @@ class Bindings:
             self._stir(placement.ids[number], before, int(rows[number]))
         roster["rest_steps"][stirred] = 0
         ways = np.where(seen.is_here & ~stirred, found["way"], Way.NONE)
+        self._clear_shadows(placement, roster, ways, seen)
         for way in Way:
             chosen = np.flatnonzero(ways == way)
             if way and len(chosen):
                 self._couplings.by_way[way].write(_targets(placement, found, seen.ends_route, chosen))
-        in_lane = np.flatnonzero((ways == Way.LANE) | (ways == Way.MIRROR)).tolist()
-        self._in_lane_frame = frozenset([placement.ids[number] for number in in_lane])
+        self.written = Written(placement, rows, ways, found, seen)
         self._show_ghosts(placement, before, rows, roster, found)
         self._switching.advance(before)
+
+    def _clear_shadows(self, placement: Placement, roster: Table, ways: UInt8Column, seen: Seen) -> None:
+        """Take away what SUMO leaves in the lane beside of those who have come onto another lane."""
+        freely = ways == Way.FREE
+        entered = np.flatnonzero(freely & (roster["free_lane"] != seen.lane))
+        self._shadows.clear(
+            [placement.ids[number] for number in entered.tolist()], seen.lane[entered].tolist()
+        )
+        roster["free_lane"][freely] = seen.lane[freely]
 
     def _seen(self, placement: Placement, before: Snapshot, rows: IntColumn) -> Seen:
         """Return the placed vehicles as SUMO has them before the step."""
         is_here = rows >= 0
-        lane, next_lane = before.lane[rows], before.next_lane[rows]
+        lane, next_lane = before.of("lane", rows), before.of("next_lane", rows)
         if not is_here.all():
             lane, next_lane = np.where(is_here, lane, -1), np.where(is_here, next_lane, -1)
-        position_m = before.lane_position_m[rows]
+        position_m = before.of("lane_position_m", rows)
         return Seen(
             is_here,
             lane,
             next_lane,
             position_m,
-            before.speed_mps[rows],
+            before.of("speed_mps", rows),
             before.length_m[rows],
             before.width_m[rows],
             self._ends.reached(placement, lane, next_lane, position_m),
@@ -182,8 +196,7 @@ class Bindings:
             found["way"][number] = Way.LANE_CHANGE_ENDING
 
     def _stir(self, vehicle_id: str, before: Snapshot, row: int) -> None:
-        place = before.front_x_m[row], before.front_y_m[row], before.heading_rad[row]
-        self._standstill.stir(vehicle_id, *map(float, place))
+        self._standstill.stir(vehicle_id, *before.pose_of(row))
 
     def _show_ghosts(
         self, placement: Placement, before: Snapshot, rows: IntColumn, roster: Table, found: Table
@@ -199,17 +212,6 @@ class Bindings:
             self._straddling.reaches(shown, before, rows, roster, found, owners, self.ghosts.standing)
         )
 
-    @property
-    def in_lane_frame(self) -> frozenset[str]:
-        """Return who was written as speed and lateral position in its lane in the last step."""
-        return self._in_lane_frame
-
-    def learn(self, after: Snapshot) -> None:
-        """Place those freely for a while whom SUMO has further from the plant's pose than was foreseen."""
-        wrong = (after.placement_error_m > TOLERANCE_M) | (after.placement_error_rad > TOLERANCE_RAD)
-        for row in np.flatnonzero(wrong & after.in_lane_frame).tolist():
-            self.bound.refuse_mirror(after.ids[row])
-
 
 def _with_easing(
     easing: Collection[str], placement: Placement, before: Snapshot, rows: IntColumn, step_s: float
@@ -223,10 +225,11 @@ def _with_easing(
     for number, name in enumerate(placement.ids):
         if rows[number] >= 0 and name in easing:
             by_plant[number] = True
-            row, way_m = rows[number], before.speed_mps[rows[number]] * step_s
-            x_m[number] = before.front_x_m[row] + way_m * np.cos(before.heading_rad[row])
-            y_m[number] = before.front_y_m[row] + way_m * np.sin(before.heading_rad[row])
-            heading_rad[number] = before.heading_rad[row]
+            row = int(rows[number])
+            front_x_m, front_y_m, heading_rad[number] = before.pose_of(row)
+            way_m = before.value("speed_mps", row) * step_s
+            x_m[number] = front_x_m + way_m * np.cos(heading_rad[number])
+            y_m[number] = front_y_m + way_m * np.sin(heading_rad[number])
     return by_plant, placement._replace(front_x_m=x_m, front_y_m=y_m, heading_rad=heading_rad)
 
 

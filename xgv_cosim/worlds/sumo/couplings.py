@@ -54,7 +54,7 @@ EASING_RATE_MPS = 0.5
 
 
 class Targets(NamedTuple):
-    """Where the plant wants some vehicles at the end of the step; lists of one length, for calls one by one."""
+    """Where the plant wants some vehicles at the end of the step; lists of one length, for single calls."""
 
     ids: Sequence[str]
     front_x_m: Sequence[float]

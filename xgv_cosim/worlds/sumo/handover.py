@@ -24,12 +24,15 @@ no way to show it. (For the lateral position see ``couplings.LateralEasing``.)
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from xgv_cosim.columns import FloatColumn, IntColumn
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.sumo.engine import Engine
     from xgv_cosim.worlds.sumo.road import SumoRoad
@@ -139,7 +142,7 @@ class SpeedEasing:
             limit_mps = self._limit_mps(vehicle_id, state)
             state.accel_mps2 = max(state.accel_mps2 - JERK_MPS3 * self._step_s, -SLOWS_MPS2)
             target_mps = min(
-                float(before.speed_mps[row]) + state.accel_mps2 * self._step_s,
+                before.value("speed_mps", row) + state.accel_mps2 * self._step_s,
                 self._limit_ahead_mps(vehicle_id, state, before, row),
             )
             if target_mps <= min(state.own_max_mps, limit_mps * state.own_factor):
@@ -161,12 +164,13 @@ class SpeedEasing:
 
         SUMO looks ahead with the factor that is set now, which may be too high for a turn.
         """
-        lane = before.lane[row]
+        lane = int(before.value("lane", row))
         links = self._engine.vehicle.getNextLinks(vehicle_id)
         if not links or lane < 0:
             return math.inf
         approached, *_, via, _, _, via_m = links[0]
-        after_m = before.lane_position_m[row] + before.speed_mps[row] * self._step_s
+        speed_mps = before.value("speed_mps", row)
+        after_m = before.value("lane_position_m", row) + speed_mps * self._step_s
         left_m = max(float(self._road.lengths_m[lane] - after_m), 0.0)
         most_mps = math.inf
         for ahead, distance_m in ((via, left_m), (approached, left_m + via_m)):
@@ -200,18 +204,30 @@ class HeadingEasing:
         """The computer takes the wheel, or the vehicle is gone."""
         self._left_rad.pop(vehicle_id, None)
 
-    def eased(self, before: Snapshot, after: Snapshot) -> Snapshot:
-        """Return a snapshot with the headings that follow on those before."""
-        if not self._left_rad:
-            return after
-        heading_rad = after.heading_rad.copy()
+    @property
+    def is_at_work(self) -> bool:
+        """Return whether a car still turns to its lane."""
+        return bool(self._left_rad)
+
+    def rows_in(self, index_of: Mapping[str, int]) -> IntColumn:
+        """Return the rows of those who do, of whom is there."""
+        return np.array([index_of[name] for name in self._left_rad if name in index_of], np.int64)
+
+    def eased(self, before: Snapshot, index_of: Mapping[str, int], heading_rad: FloatColumn) -> None:
+        """Let headings follow on those before.
+
+        Args:
+            before: The world before the step.
+            index_of: Rows of the vehicles after it.
+            heading_rad: Their headings as SUMO has them; changed in place.
+        """
         faded = math.exp(-self.step_s / HEADING_EASE_S)
         for vehicle_id, rest_rad in list(self._left_rad.items()):
-            row, row_before = after.index_of.get(vehicle_id), before.index_of.get(vehicle_id)
+            row, row_before = index_of.get(vehicle_id), before.index_of.get(vehicle_id)
             if row is None or row_before is None:
                 del self._left_rad[vehicle_id]
                 continue
-            turned_rad = float(before.heading_rad[row_before] - heading_rad[row])
+            turned_rad = float(before.value("heading_rad", row_before) - heading_rad[row])
             at_first_rad = float(np.remainder(turned_rad + np.pi, 2.0 * np.pi) - np.pi)
             left_rad = at_first_rad if rest_rad is None else rest_rad * faded
             if abs(left_rad) < _NO_TURN_RAD:
@@ -219,4 +235,3 @@ class HeadingEasing:
                 continue
             self._left_rad[vehicle_id] = left_rad
             heading_rad[row] += left_rad
-        return replace(after, heading_rad=heading_rad)

@@ -29,8 +29,7 @@ class Held:
             return
         self._engine.vehicle.setSpeedMode(vehicle_id, self._free.speed_mode)
         self._engine.vehicle.setLaneChangeMode(vehicle_id, self._free.lane_change_mode)
-        place = float(now.front_x_m[row]), float(now.front_y_m[row]), float(now.heading_rad[row])
-        self._targets[vehicle_id] = standing(vehicle_id, *place)
+        self._targets[vehicle_id] = standing(vehicle_id, *now.pose_of(row))
 
     def forget(self, vehicle_id: str) -> None:
         """Hold a vehicle no longer: it is bound, or SUMO has it no longer."""

@@ -10,7 +10,9 @@ import numpy.typing as npt
 from xgv_cosim.jit import inlinable
 
 if TYPE_CHECKING:
-    from xgv_cosim.worlds.sumo.road import SumoRoad
+    from collections.abc import Sequence
+
+    from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
 
 Table = npt.NDArray[Any]
 """A column of records, shape ``(n,)``; compiled code reads and writes the fields of a row by name."""
@@ -62,16 +64,24 @@ class LanePoint(NamedTuple):
     sine: float
 
 
-def tables_of(road: SumoRoad) -> LaneTables:
-    """Return the lanes of a road."""
-    lanes = np.zeros(len(road.lane_ids), LANE)
-    lanes["length_m"], lanes["width_m"] = road.lengths_m, road.widths_m
-    last = np.cumsum([len(shape) for shape in road.shapes]) - 1
+def tables_of(
+    shapes: Sequence[FloatMatrix], lengths_m: FloatColumn, widths_m: FloatColumn, only_successor: IntColumn
+) -> LaneTables:
+    """Return the tables of lanes.
+
+    Args:
+        shapes: Centre line of each lane, shape ``(k, 2)``.
+        lengths_m: SUMO's length of each lane.
+        widths_m: Width of each lane.
+        only_successor: Where each goes on when it has only one way to, else -1.
+    """
+    lanes = np.zeros(len(shapes), LANE)
+    lanes["length_m"], lanes["width_m"], lanes["only_successor"] = lengths_m, widths_m, only_successor
+    last = np.cumsum([len(shape) for shape in shapes]) - 1
     lanes["first_vertex"] = np.concatenate([[0], last[:-1] + 1])
     lanes["last_vertex"] = last
-    lanes["only_successor"] = [road.only_successor(lane) for lane in range(len(lanes))]
     vertices = np.zeros(int(last[-1]) + 1, VERTEX)
-    for lane, shape in zip(lanes, road.shapes, strict=True):
+    for lane, shape in zip(lanes, shapes, strict=True):
         rows = vertices[lane["first_vertex"] : lane["last_vertex"] + 1]
         steps = np.diff(shape, axis=0, append=shape[-1:])
         drawn_m = np.concatenate([[0.0], np.cumsum(np.hypot(*steps[:-1].T))])

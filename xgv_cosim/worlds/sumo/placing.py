@@ -1,4 +1,4 @@
-"""Where the plant's poses lie in the lanes, which pose SUMO would give them there, and which coupling follows.
+"""Where the plant's poses lie in the lanes, what SUMO would make of them there, and which coupling follows.
 
 One compiled loop over the placed vehicles; what it keeps of each from step to step is a row of ``ROSTER``.
 
@@ -84,6 +84,7 @@ ROSTER = np.dtype(
         ("lane", np.int64),
         ("next_lane", np.int64),
         ("road_lane", np.int64),
+        ("free_lane", np.int64),
         ("behind_0", np.int64),
         ("behind_1", np.int64),
         ("behind_2", np.int64),
@@ -98,7 +99,7 @@ ROSTER = np.dtype(
 free coupling; ``changes_lane`` SUMO has not yet ended a lane change of its driver, from whom the computer has
 taken the wheel; ``exact_steps`` steps in a row in which mirroring was exact, below 0 after a refusal;
 ``rest_steps`` steps for which it has been held at rest; ``lane``, ``next_lane`` where it was seen last, and
-``road_lane`` the last one that was a lane; ``behind_0`` to ``behind_3`` the lanes that it has come over,
+``road_lane`` the last one that was a lane, and ``free_lane`` the one on which it was placed freely last; ``behind_0`` to ``behind_3`` the lanes that it has come over,
 nearest first, -1: no more; ``lateral_m`` where its front bumper was across its lane in the step before, and
 ``crossing_m`` before it came onto its present lane.
 """
@@ -109,7 +110,7 @@ def new_row(kind: CouplingKind) -> Table:
     row = np.zeros(1, ROSTER)
     row["kind"] = KINDS.index(kind)
     row["lane"] = row["next_lane"] = _UNSEEN
-    row["road_lane"] = -1
+    row["road_lane"] = row["free_lane"] = -1
     for number in range(_LANES_BEHIND):
         row[f"behind_{number}"] = -1
     row["lateral_m"] = row["crossing_m"] = np.nan
@@ -150,6 +151,7 @@ DECISION = np.dtype(
         ("may_change_lane", np.bool_),
         ("tells", np.bool_),
         ("reaches_out", np.bool_),
+        ("position_m", np.float64),
         ("along_m", np.float64),
         ("lateral_m", np.float64),
         ("body_lateral_m", np.float64),
@@ -160,6 +162,7 @@ DECISION = np.dtype(
 
 ``way`` which coupling is to write it; ``may_change_lane`` SUMO has to be asked whether it ends a lane change;
 ``tells`` ``yields`` has changed; ``reaches_out`` its body may reach beyond its lane, or there is none;
+``position_m`` where the plant has the front bumper along the lane before the step, maybe past its end;
 ``along_m`` distance along the lane from where SUMO has the front bumper to where the plant puts it;
 ``lateral_m`` the front bumper from the centre line of the lane before the step, positive left;
 ``body_lateral_m`` the centre of the body, likewise; ``lane_width_m`` that lane's width. ``nan`` off the road.
@@ -377,6 +380,7 @@ def decide_in_place(
         is_ours = way not in (Way.CAR_FOLLOWING, Way.WORLD_DRIVER)
         stands = is_ours and speed_mps == 0.0 and seen.speed_mps[number] == 0.0
         row.rest_steps = row.rest_steps + 1 if stands else 0
+        found.position_m = place.position_m
         found.along_m, found.lateral_m, found.body_lateral_m = along_m, place.lateral_m, place.body_lateral_m
         found.lane_width_m = width_m
         swing_m = abs(place.lateral_m - place.body_lateral_m)  # half the length by the sine of the yaw

@@ -2,260 +2,297 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from xgv_cosim.snapshot import Collision, Snapshot
+from xgv_cosim.snapshot import Collision
+from xgv_cosim.worlds.sumo.bodies import Bodies
+from xgv_cosim.worlds.sumo.engine import OverSocket
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
 from xgv_cosim.worlds.sumo.ghosts import is_ghost
-from xgv_cosim.worlds.sumo.traffic_lanes import LaneTraffic
+from xgv_cosim.worlds.sumo.lazy_snapshot import Cast, Columns, Happened, LazySnapshot
+from xgv_cosim.worlds.sumo.neighbours import NeighbourReader, Neighbours
+from xgv_cosim.worlds.sumo.placing import TOLERANCE_M
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from xgv_cosim.columns import FloatColumn, IntColumn
+    from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.sumo.engine import OpenSimulation
+    from xgv_cosim.worlds.sumo.handover import HeadingEasing
     from xgv_cosim.worlds.sumo.road import SumoRoad
+    from xgv_cosim.worlds.sumo.roster import Roster
+    from xgv_cosim.worlds.sumo.written import Written
 
-SIGHT_M = 250.0
-"""How far a leader or follower is looked for."""
-
-
-class Body(NamedTuple):
-    """What does not change about a vehicle."""
-
-    type_id: str
-    length_m: float
-    width_m: float
-    min_gap_m: float
+REPORTED_TOLERANCE_MPS = 0.01
+"""SUMO is told the true speed where its own differs by more."""
+CHECK_STEPS = 10
+"""In so many steps SUMO is asked about each bound vehicle whose place it need not be asked for."""
+_NOWHERE = Cast((), {}, (), np.zeros(0), np.zeros(0))
 
 
-class Neighbours(NamedTuple):
-    """The columns of ``Snapshot`` that are filled for bound vehicles only."""
+class _Both(NamedTuple):
+    """Vehicles of the last snapshot of which the plant has both axes, and where it has them."""
 
-    next_lane: IntColumn
-    leader: IntColumn
-    leader_gap_m: FloatColumn
-    follower: IntColumn
-    follower_gap_m: FloatColumn
+    ids: list[str]
+    rows: IntColumn
+    front_x_m: FloatColumn
+    front_y_m: FloatColumn
+    heading_rad: FloatColumn
 
 
-@dataclass(slots=True)
 class SnapshotReader:
-    """Reads the open simulation into columns; keeps what does not change from step to step."""
+    """Reads the open simulation into snapshots; keeps what does not change from step to step."""
 
-    session: OpenSimulation
-    road: SumoRoad
-    _bodies: dict[str, Body] = field(default_factory=dict)
-    _next_lanes: dict[str, tuple[int, int]] = field(default_factory=dict)
-    """Of each bound vehicle its lane and the one that follows."""
-    _lanes_ahead: dict[str, tuple[int, tuple[int, ...]]] = field(default_factory=dict)
-    """Of each bound vehicle its lane and those along its route, as long as neighbours are read from lanes."""
-    _present: frozenset[str] = frozenset()
-    """Who was there in the snapshot before."""
+    def __init__(self, session: OpenSimulation, road: SumoRoad, step_s: float, bound: Roster) -> None:
+        self._session = session
+        self._engine = session.engine
+        self._road = road
+        self._step_s = step_s
+        self._bound = bound
+        self._bodies = Bodies(session.engine)
+        self._neighbours = NeighbourReader(session.engine, road, self._bodies)
+        self._owner_of: Mapping[str, str] = {}
+        self._cast = _NOWHERE
+        self._present: Sequence[str] = ()
+        self._next_lanes: dict[str, tuple[int, int]] = {}
+        """Of each bound vehicle its lane and the one that follows."""
+        self._both: _Both | None = None
 
     def read(
         self,
-        bound_ids: Collection[str],
+        written: Written,
+        before: Snapshot | None,
+        headings: HeadingEasing,
         notes: Sequence[tuple[str, str]] = (),
-        owner_of: Mapping[str, str] = MappingProxyType({}),
-    ) -> Snapshot:
-        """Return the present state without ghosts; neighbours and next lanes for ``bound_ids`` only.
+        owner_of: Mapping[str, str] | None = None,
+    ) -> LazySnapshot:
+        """Return the present state without ghosts, as the plant has its vehicles.
 
         Args:
-            bound_ids: Vehicles that are bound.
+            written: What was written before the step.
+            before: The snapshot before it; None: this is the first.
+            headings: Turns cars to their lanes by and by, for whom the world's driver steers.
             notes: What the snapshot has to tell.
             owner_of: Ghost -> the vehicle that it stands for.
         """
-        engine = self.session.engine
-        vehicle, simulation = engine.vehicle, engine.simulation
-        arrived: tuple[str, ...] = _vehicles(simulation.getArrivedIDList())
+        self._owner_of = owner_of or {}
+        self._both = None
+        happened = self._happened(notes)
+        cast = self._cast
+        columns = Columns(len(cast.ids))
+        rows = self._rows(written, cast)
+        in_frame = np.zeros(len(cast.ids), np.bool_)
+        here = rows >= 0
+        in_frame[rows[here & written.in_lane_frame]] = True
+        snapshot = LazySnapshot(cast, happened, columns, in_frame, self)
+        if before is not None and len(rows):
+            self._fill_in(written, rows, columns, before, headings, snapshot)
+        self._fill_next_lanes(snapshot, columns)
+        return snapshot
+
+    def _rows(self, written: Written, cast: Cast) -> IntColumn:
+        index_of = cast.index_of
+        return np.array([index_of.get(name, -1) for name in written.placement.ids], np.int64)
+
+    def _happened(self, notes: Sequence[tuple[str, str]]) -> Happened:
+        """Ask SUMO what it did, and who is there."""
+        simulation = self._engine.simulation
+        arrived = _vehicles(simulation.getArrivedIDList())
         for vehicle_id in arrived:
-            self._bodies.pop(vehicle_id, None)
-            self._next_lanes.pop(vehicle_id, None)
-            self._lanes_ahead.pop(vehicle_id, None)
-        ids: tuple[str, ...] = _vehicles(vehicle.getIDList())
-        # SUMO's own list of departures lacks who came with a loaded state or returns from a teleport
-        departed = tuple(vehicle_id for vehicle_id in ids if vehicle_id not in self._present)
-        self._present = frozenset(ids)
-        index_of = {vehicle_id: index for index, vehicle_id in enumerate(ids)}
-        bodies = [self.body(vehicle_id) for vehicle_id in ids]
-        positions = [vehicle.getPosition(vehicle_id) for vehicle_id in ids]
-        number = self.road.index_of
-        lane = np.array([number[vehicle.getLaneID(vehicle_id)] for vehicle_id in ids], np.int64)
-        lane_position_m = np.array([vehicle.getLanePosition(vehicle_id) for vehicle_id in ids], np.float64)
-        here = [name for name in bound_ids if name in index_of]
-        # With a vehicle off the road SUMO follows a pointer to no lane in search of leaders, and crashes;
-        # one that is parked is on no lane either, but nobody's business there.
-        on_no_lane = [ids[row] for row in np.flatnonzero(lane < 0).tolist()]
-        if any(not vehicle.isStoppedParking(vehicle_id) for vehicle_id in on_no_lane):
-            neighbours = self._neighbours_on_lanes(index_of, lane, lane_position_m, here, owner_of)
-        else:
-            self._lanes_ahead.clear()
-            neighbours = self._neighbours(index_of, lane, lane_position_m, here, owner_of)
-        return Snapshot(
-            time_s=round(simulation.getTime() - self.session.begin_s, 3),  # SUMO counts milliseconds
-            ids=ids,
-            type_ids=tuple(body.type_id for body in bodies),
-            front_x_m=np.array([position[0] for position in positions], np.float64),
-            front_y_m=np.array([position[1] for position in positions], np.float64),
-            heading_rad=headings_from_sumo(np.array([vehicle.getAngle(name) for name in ids], np.float64)),
-            speed_mps=np.array([vehicle.getSpeed(name) for name in ids], np.float64),
-            accel_mps2=np.array([vehicle.getAcceleration(name) for name in ids], np.float64),
-            length_m=np.array([body.length_m for body in bodies], np.float64),
-            width_m=np.array([body.width_m for body in bodies], np.float64),
-            lane=lane,
-            lane_position_m=np.where(lane >= 0, lane_position_m, 0.0),
-            next_lane=neighbours.next_lane,
-            leader=neighbours.leader,
-            leader_gap_m=neighbours.leader_gap_m,
-            follower=neighbours.follower,
-            follower_gap_m=neighbours.follower_gap_m,
-            placement_error_m=np.zeros(len(ids)),
-            placement_error_rad=np.zeros(len(ids)),
-            in_lane_frame=np.zeros(len(ids), np.bool_),
-            departed=departed,
-            arrived=arrived,
-            teleported=_vehicles(simulation.getStartingTeleportIDList()),
-            collisions=tuple(
-                Collision(contact.collider, contact.victim, contact.type, contact.lane, contact.pos)
-                for contact in simulation.getCollisions()
-                if not (is_ghost(contact.collider) or is_ghost(contact.victim))
-            ),
-            notes=tuple(notes),
+            self._forget(vehicle_id)
+        teleported = _vehicles(simulation.getStartingTeleportIDList())
+        collisions = tuple(
+            Collision(contact.collider, contact.victim, contact.type, contact.lane, contact.pos)
+            for contact in simulation.getCollisions()
+            if not (is_ghost(contact.collider) or is_ghost(contact.victim))
+        )
+        departed: tuple[str, ...] = ()
+        present = self._engine.vehicle.getIDList()
+        if present != self._present:
+            self._present, ids = present, _vehicles(present)
+            # SUMO's own list of departures lacks who came with a loaded state or returns from a teleport
+            departed = tuple(name for name in ids if name not in self._cast.index_of)
+            if ids != self._cast.ids:
+                self._cast = self._new_cast(ids)
+        time_s = round(simulation.getTime() - self._session.begin_s, 3)  # SUMO counts milliseconds
+        return Happened(time_s, departed, arrived, teleported, collisions, tuple(notes))
+
+    def _new_cast(self, ids: tuple[str, ...]) -> Cast:
+        bodies = [self._bodies.of(name) for name in ids]
+        return Cast(
+            ids,
+            {name: row for row, name in enumerate(ids)},
+            tuple(body.type_id for body in bodies),
+            np.array([body.length_m for body in bodies], np.float64),
+            np.array([body.width_m for body in bodies], np.float64),
         )
 
-    def body(self, vehicle_id: str) -> Body:
-        """Return what does not change about a vehicle."""
-        body = self._bodies.get(vehicle_id)
-        if body is None:
-            vehicle = self.session.engine.vehicle
-            body = self._bodies[vehicle_id] = Body(
-                vehicle.getTypeID(vehicle_id),
-                vehicle.getLength(vehicle_id),
-                vehicle.getWidth(vehicle_id),
-                vehicle.getMinGap(vehicle_id),
-            )
-        return body
+    def _forget(self, vehicle_id: str) -> None:
+        self._bodies.forget(vehicle_id)
+        self._neighbours.forget(vehicle_id)
+        self._next_lanes.pop(vehicle_id, None)
 
-    def _neighbours(
+    def _fill_in(
         self,
-        index_of: dict[str, int],
-        lane: IntColumn,
-        position_m: FloatColumn,
-        bound_ids: Sequence[str],
-        owner_of: Mapping[str, str],
-    ) -> Neighbours:
-        """Return the columns that are filled for bound vehicles only."""
-        vehicle = self.session.engine.vehicle
-        next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
-        leader_gap_m, follower_gap_m = (np.full(len(index_of), np.inf) for _ in range(2))
-        hidden: list[int] = []
-        """Rows of whom SUMO's answer is their own ghost."""
-        for vehicle_id in bound_ids:
-            row = index_of[vehicle_id]
-            next_lane[row] = self._next_lane(vehicle_id, int(lane[row]))
-            for found, index, gap_m in (
-                (vehicle.getLeader(vehicle_id, SIGHT_M), leader, leader_gap_m),
-                (vehicle.getFollower(vehicle_id, SIGHT_M), follower, follower_gap_m),
-            ):
-                if not found:
-                    continue
-                name = owner_of.get(found[0], found[0])
-                if name == vehicle_id:  # before whom or behind whom somebody else may drive
-                    hidden.append(row)
-                    continue
-                if name not in index_of:
-                    continue
-                # SUMO subtracts the minimum gap that the one behind keeps; a ghost keeps its owner's.
-                behind = vehicle_id if index is leader else name
-                bumper_gap_m = found[1] + self.body(behind).min_gap_m
-                if bumper_gap_m <= SIGHT_M:
-                    index[row], gap_m[row] = index_of[name], bumper_gap_m
-        neighbours = Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
-        if hidden:
-            names = tuple(index_of)
-            by_lanes = self._neighbours_on_lanes(
-                index_of, lane, position_m, [names[row] for row in hidden], owner_of
-            )
-            for column, other in zip(neighbours, by_lanes, strict=True):
-                column[hidden] = other[hidden]
-        return neighbours
-
-    def _neighbours_on_lanes(
-        self,
-        index_of: dict[str, int],
-        lane: IntColumn,
-        position_m: FloatColumn,
-        bound_ids: Sequence[str],
-        owner_of: Mapping[str, str],
-    ) -> Neighbours:
-        """Return the same from positions alone: leaders along the routes, followers in the own lane."""
-        vehicle, number = self.session.engine.vehicle, self.road.index_of
-        ghosts = [(ghost, index_of[owner]) for ghost, owner in owner_of.items() if owner in index_of]
-        rows_of = [*range(len(index_of)), *(row for _, row in ghosts)]
-        """Of each body, ghosts last, the row of the vehicle that it belongs to."""
-        traffic = LaneTraffic.of(
-            self.road,
-            np.concatenate([lane, np.array([number[vehicle.getLaneID(g)] for g, _ in ghosts], np.int64)]),
-            np.concatenate([position_m, np.array([vehicle.getLanePosition(g) for g, _ in ghosts])]),
+        written: Written,
+        rows: IntColumn,
+        columns: Columns,
+        before: Snapshot,
+        headings: HeadingEasing,
+        snapshot: LazySnapshot,
+    ) -> None:
+        """Fill in what is known of the placed vehicles, and ask SUMO for what is not."""
+        placement, is_here = written.placement, rows >= 0
+        posed = np.flatnonzero(written.is_posed & is_here)
+        at = rows[posed]
+        columns.x_m[at], columns.y_m[at] = placement.front_x_m[posed], placement.front_y_m[posed]
+        columns.heading_rad[at] = placement.heading_rad[posed]
+        columns.has_pose[at] = True
+        both = np.flatnonzero(placement.computer_speed & placement.computer_steering & is_here)
+        self._both = _Both(
+            [placement.ids[number] for number in both.tolist()],
+            rows[both],
+            placement.front_x_m[both],
+            placement.front_y_m[both],
+            placement.heading_rad[both],
         )
-        traffic = replace(
-            traffic, rows=[rows_of[body] for body in traffic.rows]
-        )  # nobody meets his own ghost
-        next_lane, leader, follower = (np.full(len(index_of), -1, np.int64) for _ in range(3))
-        leader_gap_m, follower_gap_m = (np.full(len(index_of), np.inf) for _ in range(2))
-        names = tuple(index_of)
-        for vehicle_id in bound_ids:
-            row = index_of[vehicle_id]
-            own = int(lane[row])
-            if own < 0:
-                continue
-            next_lane[row] = self._next_lane(vehicle_id, own)
-            ahead = self._way(vehicle_id, own)
-            at_m = float(position_m[row])
-            found, distance_m = traffic.ahead_on(ahead, at_m, row)
-            if found >= 0:
-                gap_m = distance_m - self.body(names[found]).length_m
-                if gap_m <= SIGHT_M:
-                    leader[row], leader_gap_m[row] = found, gap_m
-            found, distance_m = traffic.behind_in_lane(own, at_m, row)
-            if found >= 0:
-                gap_m = distance_m - self.body(vehicle_id).length_m
-                if gap_m <= SIGHT_M:
-                    follower[row], follower_gap_m[row] = found, gap_m
-        return Neighbours(next_lane, leader, leader_gap_m, follower, follower_gap_m)
+        driven = np.flatnonzero(placement.computer_speed & is_here)
+        in_frame = written.in_lane_frame[driven]
+        sumos_mps = np.maximum(placement.speed_mps, 0.0)[driven]
+        sumos_mps[in_frame] = written.lane_speed_mps(self._step_s)[driven[in_frame]]
+        told = np.flatnonzero(~(written.is_posed[driven] | in_frame))
+        sumos_mps[told] = snapshot.of("speed_mps", rows[driven[told]])
+        self._tell_speeds(placement.ids, driven, placement.speed_mps[driven], sumos_mps)
+        columns.speed_mps[rows[driven]] = placement.speed_mps[driven]
+        columns.accel_mps2[rows[driven]] = 0.0  # of who comes back from nowhere; else:
+        onward = driven[written.rows_before[driven] >= 0]
+        gained_mps = placement.speed_mps[onward] - before.of("speed_mps", written.rows_before[onward])
+        columns.accel_mps2[rows[onward]] = gained_mps / self._step_s
+        columns.has_motion[rows[driven]] = True
+        steered = rows[is_here & placement.computer_steering]
+        turned = columns.has_pose[steered]
+        if not turned.all():
+            snapshot.of("heading_rad", steered)
+            columns.heading_rad[steered] = placement.heading_rad[is_here & placement.computer_steering]
+        if headings.is_at_work:
+            easing = headings.rows_in(snapshot.index_of)
+            snapshot.of("heading_rad", easing)
+            headings.eased(before, snapshot.index_of, columns.heading_rad)
+        self._fill_places(written, rows, columns, snapshot)
 
-    def _way(self, vehicle_id: str, lane: int) -> tuple[int, ...]:
-        """Return a vehicle's lane and those along its route, as far as it sees."""
-        known = self._lanes_ahead.get(vehicle_id)
-        if known is None or known[0] != lane:
-            vehicle = self.session.engine.vehicle
-            edges = iter(vehicle.getRoute(vehicle_id)[vehicle.getRouteIndex(vehicle_id) + 1 :])
-            way, onward, following = [lane], lane, next(edges, "")
-            while self.road.lengths_m[way[1:]].sum() < SIGHT_M:
-                onward = self.road.next_lane(onward, following)
-                if onward < 0:
-                    break
-                way.append(onward)
-                if self.road.edge_ids[onward] == following:
-                    following = next(edges, "")
-            known = self._lanes_ahead[vehicle_id] = (lane, tuple(way))
-        return known[1]
+    def _tell_speeds(
+        self, ids: Sequence[str], driven: IntColumn, true_mps: FloatColumn, sumos_mps: FloatColumn
+    ) -> None:
+        """Tell SUMO the speed at the end of the step where it has another, so that its drivers see that one.
+
+        In the frame of a lane SUMO's speed is the mean of the step; reverse it does not know at all.
+        Measured: the next step is not disturbed by it.
+        """
+        wrong = np.abs(np.maximum(true_mps, 0.0) - sumos_mps) > REPORTED_TOLERANCE_MPS
+        tell = self._engine.vehicle.setPreviousSpeed
+        for number in np.flatnonzero(wrong).tolist():
+            tell(ids[driven[number]], max(float(true_mps[number]), 0.0))
+
+    def _fill_places(
+        self, written: Written, rows: IntColumn, columns: Columns, snapshot: LazySnapshot
+    ) -> None:
+        """Fill in lanes and positions that follow from what was written; ask SUMO for the others.
+
+        Some of the first are asked for all the same, in turn: SUMO has the last word.
+        """
+        lane = written.seen.lane
+        length_m = self._road.lane_length_m(lane)
+        known, at_m = written.places(length_m, self._road.inside_junction[lane])
+        known &= rows >= 0
+        in_turn = (np.arange(len(rows)) + round(snapshot.time_s / self._step_s)) % CHECK_STEPS == 0
+        asked = rows[(rows >= 0) & ~(known & ~in_turn)]
+        snapshot.of("lane", asked)
+        refused = known & in_turn
+        if refused.any():
+            self._check(written, rows, columns, np.flatnonzero(refused), at_m)
+        if isinstance(self._engine, OverSocket):  # the same questions after every step travel in one message
+            spare = Columns(len(snapshot.ids))
+            self.read_places(self._cast, spare, rows[known & ~in_turn].tolist())
+        plain = np.flatnonzero(known & ~in_turn)
+        columns.lane[rows[plain]], columns.position_m[rows[plain]] = lane[plain], at_m[plain]
+        columns.has_place[rows[plain]] = True
+
+    def _check(
+        self, written: Written, rows: IntColumn, columns: Columns, checked: IntColumn, at_m: FloatColumn
+    ) -> None:
+        """Have those placed freely for a while whom SUMO has elsewhere in the lane than was foreseen."""
+        row = rows[checked]
+        elsewhere = (columns.lane[row] != written.seen.lane[checked]) | (
+            np.abs(columns.position_m[row] - at_m[checked]) > TOLERANCE_M
+        )
+        for number in checked[elsewhere & written.in_lane_frame[checked]].tolist():
+            self._bound.refuse_mirror(written.placement.ids[number])
+
+    def _fill_next_lanes(self, snapshot: LazySnapshot, columns: Columns) -> None:
+        """Fill in the lanes that follow on the routes of the bound vehicles."""
+        index_of, known_of = snapshot.index_of, self._next_lanes
+        names = [name for name in self._bound if name in index_of]
+        rows = np.array([index_of[name] for name in names], np.int64)
+        for name, row, lane in zip(names, rows.tolist(), snapshot.of("lane", rows).tolist(), strict=True):
+            known = known_of.get(name)
+            if known is None or known[0] != lane:
+                known = known_of[name] = (lane, self._next_lane(name, lane))
+            columns.next_lane[row] = known[1]
 
     def _next_lane(self, vehicle_id: str, lane: int) -> int:
         if lane < 0:
             return -1
-        known = self._next_lanes.get(vehicle_id)
-        if known is None or known[0] != lane:
-            vehicle = self.session.engine.vehicle
-            route, index = vehicle.getRoute(vehicle_id), vehicle.getRouteIndex(vehicle_id)
-            following = route[index + 1] if index + 1 < len(route) else ""
-            known = self._next_lanes[vehicle_id] = (lane, self.road.next_lane(lane, following))
-        return known[1]
+        vehicle = self._engine.vehicle
+        route, index = vehicle.getRoute(vehicle_id), vehicle.getRouteIndex(vehicle_id)
+        following = route[index + 1] if index + 1 < len(route) else ""
+        return self._road.next_lane(lane, following)
+
+    def read_poses(self, cast: Cast, columns: Columns, rows: list[int]) -> None:
+        """Fill in places and headings."""
+        with self._session.failures():
+            vehicle, ids = self._engine.vehicle, [cast.ids[row] for row in rows]
+            if rows:
+                columns.x_m[rows], columns.y_m[rows] = np.array([vehicle.getPosition(name) for name in ids]).T
+                columns.heading_rad[rows] = headings_from_sumo(
+                    np.array([vehicle.getAngle(name) for name in ids])
+                )
+
+    def read_motions(self, cast: Cast, columns: Columns, rows: list[int]) -> None:
+        """Fill in speeds and accelerations."""
+        with self._session.failures():
+            vehicle, ids = self._engine.vehicle, [cast.ids[row] for row in rows]
+            columns.speed_mps[rows] = [vehicle.getSpeed(name) for name in ids]
+            columns.accel_mps2[rows] = [vehicle.getAcceleration(name) for name in ids]
+
+    def read_places(self, cast: Cast, columns: Columns, rows: list[int]) -> None:
+        """Fill in lanes and positions along them."""
+        with self._session.failures():
+            vehicle, number, ids = self._engine.vehicle, self._road.index_of, [cast.ids[row] for row in rows]
+            columns.lane[rows] = [number[vehicle.getLaneID(name)] for name in ids]
+            columns.position_m[rows] = [vehicle.getLanePosition(name) for name in ids]
+            columns.position_m[rows] = np.where(columns.lane[rows] >= 0, columns.position_m[rows], 0.0)
+
+    def neighbours(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Neighbours:
+        """Return who is before and behind the bound vehicles."""
+        with self._session.failures():
+            here = [name for name in self._bound if name in cast.index_of]
+            return self._neighbours.read(cast.index_of, lane, position_m, here, self._owner_of)
+
+    def placement_errors(self, cast: Cast) -> tuple[FloatColumn, FloatColumn]:
+        """Return distance and turn of SUMO's poses from the plant's; 0 where a driver of SUMO's moves."""
+        with self._session.failures():
+            distance_m, turned_rad = np.zeros((2, len(cast.ids)))
+            if self._both is not None and len(self._both[1]):
+                ids, rows, x_m, y_m, heading_rad = self._both
+                vehicle = self._engine.vehicle
+                places_m = np.array([vehicle.getPosition(name) for name in ids])
+                angles_rad = headings_from_sumo(np.array([vehicle.getAngle(name) for name in ids]))
+                distance_m[rows] = np.hypot(places_m[:, 0] - x_m, places_m[:, 1] - y_m)
+                turned_rad[rows] = np.abs(np.remainder(angles_rad - heading_rad + np.pi, 2.0 * np.pi) - np.pi)
+            return distance_m, turned_rad
 
 
 def _vehicles(ids: Iterable[str]) -> tuple[str, ...]:

@@ -148,7 +148,7 @@ class SumoRoad:
     @cached_property
     def tables(self) -> LaneTables:
         """Return the lanes for compiled code."""
-        return tables_of(self)
+        return tables_of(self.shapes, self.lengths_m, self.widths_m, self._only_successor)
 
     def lane_length_m(self, lane: IntColumn) -> FloatColumn:
         """Return the length of each lane, 0 off-road."""

@@ -8,7 +8,7 @@ SUMO crashes when the vehicle goes off the road while its rear is still on the e
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -24,26 +24,19 @@ class Shadows:
 
     engine: Engine
     road: SumoRoad
-    _lane: dict[str, int] = field(default_factory=dict)
-    """On which lane each vehicle was when it was looked at last."""
 
     def clear(self, vehicle_ids: Sequence[str], lanes: Sequence[int]) -> None:
-        """Call before each step, before poses are written: it leaves vehicles at the centre of their lane.
+        """Call when vehicles are on another lane than before, before poses are written.
+
+        It leaves them at the centre of their lane.
 
         Args:
             vehicle_ids: Vehicles that are placed freely in the coming step.
             lanes: The lane that SUMO has each of them on now, -1: none.
         """
         for name, lane in zip(vehicle_ids, lanes, strict=True):
-            if self._lane.get(name, -1) == lane:
-                continue
-            self._lane[name] = lane
             if lane >= 0:
                 self._clear(name, lane)
-
-    def forget(self, vehicle_id: str) -> None:
-        """Drop a vehicle."""
-        self._lane.pop(vehicle_id, None)
 
     def _clear(self, name: str, lane: int) -> None:
         """Put a vehicle onto the lane that its body reaches into, and back, both at the centre."""

@@ -89,7 +89,7 @@ class Straddling:
             )
             points_m = np.vstack([corners[0], np.column_stack([front_x_m, front_y_m])])
             body = _Body(name, points_m, float(width_m[0]))
-            now, around = int(before.lane[row]), int(roster["road_lane"][number])
+            now, around = int(before.value("lane", row)), int(roster["road_lane"][number])
             own = now if now >= 0 and not owners.freely[number] else None
             speed_mps = float(placement.speed_mps[number])
             reaches += [

@@ -37,7 +37,7 @@ class Switching:
         if coupling.speed_mode == NO_SPEED_CHECKS:
             self._speed.end(vehicle_id)
         elif left is not None and left.speed_mode == NO_SPEED_CHECKS and row is not None:
-            self._speed.begin(vehicle_id, float(now.speed_mps[row]), float(now.accel_mps2[row]))
+            self._speed.begin(vehicle_id, now.value("speed_mps", row), now.value("accel_mps2", row))
         if after not in _STEERED_BY_DRIVER:
             self._lateral.end(vehicle_id)
             self.headings.end(vehicle_id)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -11,13 +10,13 @@ from xgv_cosim.traveller import Traveller
 from xgv_cosim.worlds.contacts import Contacts
 from xgv_cosim.worlds.levels import Levels
 from xgv_cosim.worlds.sumo.bindings import Bindings
-from xgv_cosim.worlds.sumo.placed import as_placed
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
 from xgv_cosim.worlds.sumo.stops import Stops
 from xgv_cosim.worlds.sumo.surroundings import SurroundingsReader
 from xgv_cosim.worlds.sumo.window import Window
+from xgv_cosim.worlds.sumo.written import nothing_written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -131,8 +130,8 @@ class SumoWorld:
             self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road, levels)
             self._own_colours: dict[str, tuple[int, int, int, int]] = {}
             self._stops = Stops(session.engine)
-            self._reader = SnapshotReader(session, self._road)
-            self._snapshot = self._reader.read(())
+            self._reader = SnapshotReader(session, self._road, self._step_s, self._bindings.bound)
+            self._snapshot = self._reader.read(nothing_written(), None, self._bindings.headings)
         self._surroundings = None
         return self._snapshot
 
@@ -189,7 +188,7 @@ class SumoWorld:
         if row is None:
             raise WorldError(f"SUMO has no vehicle {vehicle_id!r} at {self._snapshot.time_s} s")
         with session.failures():
-            return self._stops.unpark(vehicle_id, on_lane=bool(self._snapshot.lane[row] >= 0))
+            return self._stops.unpark(vehicle_id, on_lane=self._snapshot.value("lane", row) >= 0)
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Take a vehicle of SUMO into the placement from the next step on; its stops are gone for good.
@@ -256,35 +255,25 @@ class SumoWorld:
         Raises:
             WorldError: A vehicle of the placement is not bound, or SUMO failed and is closed now.
         """
-        session = self._open()
+        session, before = self._open(), self._snapshot
         with session.failures():
-            self._bindings.write(placement, self._snapshot)
+            self._bindings.write(placement, before)
+        before.close()
         session.step()
         with session.failures():
             self._bindings.after_step()
             snapshot = self._reader.read(
-                self._bindings.bound, self._bindings.take_notes(), self._bindings.ghosts.owner_of
+                self._bindings.written,
+                before,
+                self._bindings.headings,
+                self._bindings.take_notes(),
+                self._bindings.ghosts.owner_of,
             )
-            snapshot = self._bindings.headings.eased(self._snapshot, snapshot)
-            self._snapshot = as_placed(
-                session.engine,
-                snapshot,
-                placement,
-                self._snapshot,
-                self._bindings.in_lane_frame,
-                self._step_s,
-            )
-            found = self._contacts.merged(self._snapshot, self._bindings.bound)
-            self._snapshot = replace(self._snapshot, collisions=found)
+            self._snapshot = snapshot
+            snapshot.with_collisions(self._contacts.merged(snapshot, self._bindings.bound))
         for vehicle_id in snapshot.arrived:
             self._bindings.forget(vehicle_id)
-        self._bindings.learn(self._snapshot)
-        return self._snapshot
-
-    @property
-    def in_lane_frame(self) -> frozenset[str]:
-        """Return who was written as speed and lateral position in its lane in the last step."""
-        return self._bindings.in_lane_frame
+        return snapshot
 
     def surroundings(self, vehicle_ids: Sequence[str]) -> Surroundings:
         """Return what surrounds vehicles of the last snapshot.
