@@ -69,6 +69,27 @@ def test_each_fault_is_alone() -> None:
 
 
 @pytest.mark.slow
+def test_a_mutant_whose_tests_take_long_is_tried_again_with_more_time(tmp_path: Path) -> None:
+    """Else a survivor would be hidden by a limit that is too short for it."""
+    module, test = tmp_path / "planted_slow.py", tmp_path / "test_planted_slow.py"
+    module.write_text("def f():\n    pass\n")
+    test.write_text(
+        "import sys\n"
+        f"sys.path.insert(0, {str(tmp_path)!r})\n"
+        "from planted_slow import f\n"
+        "def test_f():\n    f()\n"
+    )
+    busy = (
+        "import time\ndef f():\n"
+        "    end_s = time.process_time() + {}\n"
+        "    while time.process_time() < end_s:\n        pass\n"
+    )
+    mutants = [Mutant("long", busy.format(4)), Mutant("endless", busy.format(1000))]
+    alive = survivors("planted_slow", str(module), mutants, [str(test)], tmp_path, limit_s=3)
+    assert alive == {"long"}
+
+
+@pytest.mark.slow
 def test_a_fault_that_no_test_sees_survives_and_a_crash_or_an_endless_loop_does_not(tmp_path: Path) -> None:
     """The worker on a module and a test that are made here."""
     module, test = tmp_path / "planted_module.py", tmp_path / "test_planted.py"
@@ -87,7 +108,7 @@ def test_a_fault_that_no_test_sees_survives_and_a_crash_or_an_endless_loop_does_
         "endless": "def f(a):\n    while True:\n        pass\n",
     }
     mutants = [Mutant(name, source) for name, source in sources.items()]
-    alive = survivors("planted_module", str(module), mutants, [str(test)], tmp_path, limit_s=5)
+    alive = survivors("planted_module", str(module), mutants, [str(test)], tmp_path, limit_s=3)
     assert alive == {"unseen"}
     test.write_text(f"{test.read_text()}    assert f(1)\n")
     with pytest.raises(RuntimeError, match="fail without any fault"):

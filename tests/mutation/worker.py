@@ -5,8 +5,10 @@ Reads one JSON object from standard input::
     {"module": "jaus.component", "path": ".../component.py", "tests": ["tests/jaus"], "limit_s": 60,
      "mutants": {"name": "source"}}
 
-and writes one JSON line per mutant: its name, and ``killed`` or ``survived``. The libraries are imported
-once, before the first fork; the project's own modules anew in each process, with the mutant in its place.
+and writes one JSON line per mutant: its name, ``killed``, ``survived`` or ``unended``, and the processor time
+that its tests took. Unended are tests that took more than ``limit_s`` of processor time, which other work on
+the machine does not shorten, or fell asleep. The libraries are imported once, before the first fork; the
+project's own modules anew in each process, with the mutant in its place.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import importlib.machinery
 import importlib.util
 import json
 import os
+import resource
 import signal
 import sys
 from collections.abc import Sequence
@@ -36,6 +39,8 @@ OPTIONS = (
 )
 BROKEN = 70
 """Exit code of a process in which pytest itself did not come to an end."""
+LONGEST_SLEEP = 30
+"""Wall time for each second of processor time, after which a process is taken to be asleep for good."""
 KILLED = {pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED}
 """A failed test, or a module that can no longer be imported."""
 
@@ -57,7 +62,7 @@ class InPlaceOf(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self._source, self._path, "exec"), module.__dict__)
 
 
-def verdict_on(module: str, path: str, source: str, tests: list[str], limit_s: int) -> str:
+def verdict_on(module: str, path: str, source: str, tests: list[str], limit_s: float) -> str:
     """Run the tests in a process of its own.
 
     Raises:
@@ -66,7 +71,8 @@ def verdict_on(module: str, path: str, source: str, tests: list[str], limit_s: i
     child = os.fork()
     if child == 0:
         try:
-            signal.alarm(limit_s)  # an endless loop ends by its signal
+            signal.setitimer(signal.ITIMER_PROF, limit_s)  # an endless loop ends by its signal
+            signal.setitimer(signal.ITIMER_REAL, LONGEST_SLEEP * limit_s)
             with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
                 os.dup2(nowhere.fileno(), 1)
                 os.dup2(nowhere.fileno(), 2)
@@ -75,8 +81,8 @@ def verdict_on(module: str, path: str, source: str, tests: list[str], limit_s: i
         finally:
             os._exit(BROKEN)  # never back into the loop of the parent
     _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM:
-        return "killed"
+    if os.WIFSIGNALED(status) and os.WTERMSIG(status) in {signal.SIGPROF, signal.SIGALRM}:
+        return "unended"
     code = os.waitstatus_to_exitcode(status)
     if code == pytest.ExitCode.OK:
         return "survived"
@@ -101,8 +107,14 @@ def main() -> None:
     )
     hypothesis.settings.load_profile("mutants")
     for name, source in order["mutants"].items():
+        before_s = _children_s()
         verdict = verdict_on(order["module"], order["path"], source, order["tests"], order["limit_s"])
-        print(json.dumps([name, verdict]), flush=True)  # noqa: T201 - the answer
+        print(json.dumps([name, verdict, _children_s() - before_s]), flush=True)  # noqa: T201 - the answer
+
+
+def _children_s() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 if __name__ == "__main__":
