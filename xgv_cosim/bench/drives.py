@@ -46,10 +46,12 @@ if TYPE_CHECKING:
 STEP_S = 0.1
 WARM_UP_STEPS = 150
 """Traffic settles; nothing of it counts."""
-HAND_OVER_STEPS = 15
-"""The cars are bound and get their first commands; nothing of it counts."""
+HAND_OVER_STEPS = 40
+"""The cars are bound, get their first commands, and find to their ways; nothing of it counts."""
 DRIVER_STEPS = 3
 """Of these, the first so many are the world's driver's, so that the plant has the curvature of the turn."""
+MESSAGE_STEPS = 3
+"""In so many after these, each car is sent messages; from then on its targets are written into columns."""
 SIGHT_STEPS = 10
 """The recording goes on for so long after the last step."""
 SENDER = JausAddress(100, 1, 2, 1)
@@ -257,8 +259,7 @@ def handed_over(
             fleet = Fleet(sim, world, recording, extras, steady=how.steady)
             fleet.bind(how.coupling)
             for step in range(HAND_OVER_STEPS):
-                fleet.send(step)
-                sim.step()
+                fleet.hand_over(step)
             fleet.require_driving()
             yield fleet
 
@@ -300,12 +301,20 @@ class Fleet:
             self.sim.renew_motions(self.slots, *wanted, LASTS_S)
         self.sim.step()
 
-    def send(self, step: int) -> None:
-        """Command every car by a message of its own, the first time with control and readiness before it."""
+    def hand_over(self, step: int) -> None:
+        """Make one of the steps of the hand-over."""
         wanted = self.targets(step)
-        if self.extras.drives_itself or self.extras.clients or step < DRIVER_STEPS:
-            return
-        first = step == DRIVER_STEPS
+        if step < DRIVER_STEPS or self.extras.drives_itself or self.extras.clients:
+            self.sim.step()
+        elif step < DRIVER_STEPS + MESSAGE_STEPS:
+            self._send(wanted, first=step == DRIVER_STEPS)
+            self.sim.step()
+        else:
+            self.sim.renew_motions(self.slots, *wanted, LASTS_S)
+            self.sim.step()
+
+    def _send(self, wanted: Targets, *, first: bool) -> None:
+        """Command every car by a message of its own, the first time with control and readiness before it."""
         for name, speed_mps, curvature_per_m in zip(
             self.recording.ids, *(column.tolist() for column in wanted), strict=True
         ):
