@@ -36,6 +36,8 @@ class Watch:
         self.routes: dict[str, tuple[str, ...]] = {}
         """Of each bound car the route with which it was bound."""
         self.lost_ways: set[str] = set()
+        self.last_edges: dict[str, str] = {}
+        """Where each bound car was last, junctions apart."""
         self.vanished: set[str] = set()
         self._there: set[str] = set()
         """Who was bound after the step before."""
@@ -49,11 +51,16 @@ class Watch:
         names = [name for name in self._run.vehicle_ids if name in snapshot.index_of]
         self.bound.update(names)
         self.teleported.update(snapshot.teleported)
+        around, road = self._run.world.surroundings(names), self._run.world.road
         for name in names:
             route = self._run.world.traveller(name).edges
-            if route != self.routes.setdefault(name, route)[-len(route) :]:
+            whole = self.routes.setdefault(name, route)
+            lane = int(snapshot.lane[snapshot.index_of[name]])
+            if lane >= 0 and not road.edge_ids[lane].startswith(":"):
+                self.last_edges[name] = road.edge_ids[lane]
+            # SUMO may drop edges that lie behind, no others
+            if route != whole[-len(route) :] or (route != whole and self.last_edges[name] not in route):
                 self.lost_ways.add(name)
-        around, road = self._run.world.surroundings(names), self._run.world.road
         for name, signal in zip(names, around.signals, strict=True):
             lane = int(snapshot.lane[snapshot.index_of[name]])
             if lane < 0:
@@ -74,6 +81,8 @@ class Watch:
         assert self.teleported & self.bound == set()
         gone = [event for event in self._run.state.journal.events if event.kind == "released"]
         assert {event.reasons for event in gone} == {("arrived",)}
+        ends = {event.vehicle: self.last_edges[event.vehicle] for event in gone}
+        assert ends == {name: self.routes[name][-1] for name in ends}
 
 
 def watched(config: Path, seconds: float) -> tuple[Watch, Simulation]:
