@@ -235,8 +235,10 @@ class WorldDriver:
 def enter(engine: Engine, vehicle_id: str, coupling: Coupling, before: Coupling | None) -> None:
     """Switch SUMO's modes for a vehicle that another coupling wrote before, or none."""
     had_speed = before is not None and before.speed_mode != NO_SPEED_CHECKS
-    engine.vehicle.setSpeedMode(vehicle_id, coupling.speed_mode)
-    engine.vehicle.setLaneChangeMode(vehicle_id, coupling.lane_change_mode)
+    if before is None or before.speed_mode != coupling.speed_mode:
+        engine.vehicle.setSpeedMode(vehicle_id, coupling.speed_mode)
+    if before is None or before.lane_change_mode != coupling.lane_change_mode:
+        engine.vehicle.setLaneChangeMode(vehicle_id, coupling.lane_change_mode)
     if coupling.speed_mode != NO_SPEED_CHECKS and not had_speed:
         engine.vehicle.setSpeed(vehicle_id, SUMO_GOVERNS_SPEED)
 
