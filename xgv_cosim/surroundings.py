@@ -61,7 +61,7 @@ class Foe:
     speed_mps: float
     length_m: float
     first: bool
-    """The foe has the right of way."""
+    """The foe goes first: by the rules of the road, or because he is inside already."""
     yields: bool
     """The foe has to let the own vehicle pass."""
 
@@ -71,7 +71,7 @@ class Junction:
     """The next line on the way at which others may have the right of way."""
 
     line_m: float
-    """From the front bumper to the line before which a vehicle waits."""
+    """From the front bumper to where a vehicle waits for others: before the junction, or inside it."""
     exit_m: float
     """From the front bumper to where the way leaves the junction."""
     right_of_way: str

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from xgv_cosim.autonomy.longitudinal import curve_mps
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
 from xgv_cosim.observation import Observation
 from xgv_cosim.surroundings import Foe, Junction
@@ -32,16 +33,27 @@ CLEARANCE_M = 2.0
 """Room to be kept behind the own car on the far side of a junction."""
 
 
-def arrival_s(distance_m: float, speed_mps: float, accel_mps2: float) -> float:
-    """Return when somebody who speeds up is at a distance."""
+def arrival_s(distance_m: float, speed_mps: float, accel_mps2: float, top_mps: float = math.inf) -> float:
+    """Return when somebody who speeds up, but not beyond ``top_mps``, is at a distance."""
     if distance_m <= 0.0:
         return 0.0
+    if speed_mps >= top_mps:
+        return distance_m / top_mps
+    faster_m = (top_mps * top_mps - speed_mps * speed_mps) / (2.0 * accel_mps2)
+    if distance_m > faster_m:
+        return (top_mps - speed_mps) / accel_mps2 + (distance_m - faster_m) / top_mps
     return (math.sqrt(speed_mps**2 + 2.0 * accel_mps2 * distance_m) - speed_mps) / accel_mps2
 
 
 def needed_decel_mps2(speed_mps: float, distance_m: float) -> float:
     """Return the deceleration that stops within a distance."""
     return speed_mps * speed_mps / (2.0 * max(0.1, distance_m))
+
+
+def turn_mps(seen: Observation, distance_m: float, settings: ReferenceStackSettings) -> float:
+    """Return the speed to which the curves on the next metres hold the car."""
+    tightest = max((abs(per_m) for at_m, per_m in seen.curvature_ahead if at_m <= distance_m), default=0.0)
+    return min(max(0.1, seen.limit_mps), curve_mps(tightest, settings))
 
 
 class Crossings:
@@ -88,8 +100,6 @@ class Crossings:
         """Return whether the car may not cross the junction's line now."""
         if self._would_block(seen, junction):
             return True
-        if not junction.must_yield:
-            return False
         if junction.right_of_way in {"stop", "allway_stop"} and not self._stood:
             return True
         waited_s = 0.0 if self._waits_since_s is None else seen.time_s - self._waits_since_s
@@ -112,10 +122,11 @@ class Crossings:
 
         Not only the place where the ways meet: a foe brakes for whoever enters before him.
         """
-        accel = OWN_ACCEL_MPS2
+        accel, top_mps = OWN_ACCEL_MPS2, turn_mps(seen, foe.own_exit_m, self._settings)
         in_s = arrival_s(min(foe.own_entry_m, junction.line_m), seen.speed_mps, accel)
-        out_s = arrival_s(foe.own_exit_m + seen.length_m, seen.speed_mps, accel)
-        foe_in_s = arrival_s(foe.foe_entry_m, foe.speed_mps, FOE_ACCEL_MPS2)
+        out_s = arrival_s(foe.own_exit_m + seen.length_m, seen.speed_mps, accel, top_mps)
+        foe_top_mps = max(foe.speed_mps, seen.limit_mps)
+        foe_in_s = arrival_s(foe.foe_entry_m, foe.speed_mps, FOE_ACCEL_MPS2, foe_top_mps)
         foe_out_s = max(0.0, foe.foe_exit_m + foe.length_m) / max(0.5, foe.speed_mps)
         return out_s + BEFORE_S < foe_in_s or (
             foe_out_s + AFTER_S < in_s and (foe.speed_mps > STANDS_MPS or foe.foe_entry_m <= 0.0)

@@ -23,6 +23,15 @@ CHANGE_TIME_S = 4.0
 SHORTEST_CHANGE_M = 12.0
 """What one lane change takes at least, however slow."""
 TIGHTEST_PER_M = 0.3
+REACHED_PER_M = 0.235
+"""A point that asks for more lies within the car's own circle: it would drive round it for ever."""
+MOST_INWARD_M = 0.8
+SHARPER, SHARPER_FROM_PER_M = 0.2, 0.1
+"""In a curve of that curvature it steers so much sharper than the arc to the point: the wheel takes time."""
+BACKWARD = 0.5
+"""A line that goes so much further back than to the side comes back."""
+MOST_LOOKAHEADS, LONGER = 8, 1.2
+"""So often it looks further ahead for a point that it can reach, each time so much further."""
 CENTRED_M = 0.7
 """Nobody begins a lane change further from the centre of his lane."""
 
@@ -98,14 +107,59 @@ def wanted_curvature_per_m(seen: Observation, goal_m: float, settings: Reference
     if not seen.lane_ahead_m:
         return 0.0
     speed = abs(seen.speed_mps)
-    lookahead_m = max(settings.shortest_lookahead_m, speed * settings.lookahead_time_s)
+    lookahead_m = settings.shortest_lookahead_m + speed * settings.lookahead_time_s
     slope = min(STEEPEST_SHIFT, max(FLATTEST_SHIFT, LATERAL_SPEED_MPS / max(0.1, speed)))
-    most_m = slope * lookahead_m
-    shift_m = seen.lateral_m + min(most_m, max(-most_m, goal_m - seen.lateral_m))
-    x, y = point_at(seen.lane_ahead_m, lookahead_m, shift_m)
-    # A point behind, as in a turn tighter than the car's own, asks for all that there is.
-    curvature = 2.0 * y / max(1.0, x * x + y * y) if x > 0.0 else math.copysign(TIGHTEST_PER_M, y)
+    most_m, beside_m = slope * lookahead_m, seen.lateral_m
+    if abs(beside_m) > 0.5 * seen.lane_width_m and len(seen.lane_ahead_m) > 1:
+        beside_m -= _axle_behind_m(seen.lane_ahead_m)
+    curvature = 0.0
+    for number in range(MOST_LOOKAHEADS):
+        curve_per_m = sharpest_per_m(seen, lookahead_m)
+        inward_m = inward_of_curve_m(seen, curve_per_m)
+        shift_m = beside_m + min(most_m, max(-most_m, goal_m + inward_m - beside_m))
+        x, y = point_at(seen.lane_ahead_m, lookahead_m, shift_m)
+        if x > 0.0:
+            sharper = 1.0 + SHARPER * min(1.0, abs(curve_per_m) / SHARPER_FROM_PER_M)
+            wanted = sharper * 2.0 * y / max(1.0, x * x + y * y)
+            if number == 0 or abs(wanted) <= REACHED_PER_M:
+                curvature = wanted
+            if abs(wanted) <= REACHED_PER_M:
+                break
+        elif number == 0:
+            curvature = math.copysign(TIGHTEST_PER_M, y)
+        lookahead_m *= LONGER
     return min(max(curvature, -TIGHTEST_PER_M), TIGHTEST_PER_M)
+
+
+def _axle_behind_m(line: tuple[tuple[float, float], ...]) -> float:
+    """Return how much further left the front bumper is than the rear axle, across a line."""
+    (x0, y0), (x1, y1) = line[:2]
+    return -math.hypot(x0, y0) * (y1 - y0) / max(1e-9, math.hypot(x1 - x0, y1 - y0))
+
+
+def sharpest_per_m(seen: Observation, distance_m: float) -> float:
+    """Return the sharpest curvature of the way from the front bumper to a distance from the axle."""
+    onward_m = distance_m - math.hypot(*seen.lane_ahead_m[0])
+    sharpest = 0.0
+    for at_m, curvature_per_m in seen.curvature_ahead:
+        if abs(curvature_per_m) > abs(sharpest):
+            sharpest = curvature_per_m
+        if at_m >= onward_m:
+            break
+    return sharpest
+
+
+def inward_of_curve_m(seen: Observation, curvature_per_m: float) -> float:
+    """Return how far left of the line the rear axle has to go in a curve, so that the body's middle is on it.
+
+    With the rear axle on a circle of radius R the front bumper, ``l`` before it, is ``l^2 / 2 R`` outside:
+    half of that each way. In a turn that no car can follow it stays out.
+    """
+    if abs(curvature_per_m) > TIGHTEST_PER_M:
+        return 0.0
+    front_m = math.hypot(*seen.lane_ahead_m[0])
+    inward_m = 0.25 * front_m * front_m * curvature_per_m
+    return min(MOST_INWARD_M, max(-MOST_INWARD_M, inward_m))
 
 
 def within_grip_per_m(curvature_per_m: float, speed_mps: float, settings: ReferenceStackSettings) -> float:
@@ -117,18 +171,22 @@ def within_grip_per_m(curvature_per_m: float, speed_mps: float, settings: Refere
 def point_at(
     points: tuple[tuple[float, float], ...], distance_m: float, shift_m: float
 ) -> tuple[float, float]:
-    """Return the point of a polyline at a distance from the origin, moved to its left by ``shift_m``.
+    """Return the point at a distance from the origin of a polyline that is moved to its left by ``shift_m``.
 
-    The last point if the line ends before, the first if it begins beyond.
+    The last point if the line ends before, the first if it begins beyond. Where the line comes back, as in
+    a turn round, the point where it begins to: who looked past that would steer for what lies behind.
     """
+    x, y = points[0]
+    onward = len(points) > 1 and points[1][0] > points[0][0]
     for (x0, y0), (x1, y1) in pairwise(points):
-        near, far = math.hypot(x0, y0), math.hypot(x1, y1)
+        if onward and x1 < x0 - BACKWARD * abs(y1 - y0):
+            break
+        shift = shift_m / max(1e-9, math.hypot(x1 - x0, y1 - y0))
+        from_x, from_y = x0 - shift * (y1 - y0), y0 + shift * (x1 - x0)
+        to_x, to_y = x1 - shift * (y1 - y0), y1 + shift * (x1 - x0)
+        near, far = math.hypot(from_x, from_y), math.hypot(to_x, to_y)
+        x, y = to_x, to_y
         if far >= distance_m:
             share = min(1.0, max(0.0, (distance_m - near) / max(1e-9, far - near)))
-            long_m = max(1e-9, math.hypot(x1 - x0, y1 - y0))
-            left_x, left_y = -(y1 - y0) / long_m, (x1 - x0) / long_m
-            return (
-                x0 + share * (x1 - x0) + shift_m * left_x,
-                y0 + share * (y1 - y0) + shift_m * left_y,
-            )
-    return points[-1]
+            return from_x + share * (to_x - from_x), from_y + share * (to_y - from_y)
+    return x, y

@@ -18,6 +18,8 @@ LINE_HEADWAY_S = 0.3
 SLOWING_MPS2 = 1.4
 """Braking for limits and curves ahead."""
 HARDEST_SLOWING_MPS2 = 4.0
+TURN_RATE_RAD_S = 0.4
+"""A turn so tight that the car would turn faster than this leaves no time to turn the wheel over."""
 SLOWEST_MPS = 1.5
 """No curve asks for less."""
 
@@ -65,6 +67,7 @@ def wanted_accel_mps2(
     accel = max(free, -settings.comfortable_decel_mps2)
     if curvature_per_m:
         steered_mps = math.sqrt(settings.max_lateral_accel_mps2 / abs(curvature_per_m))
+        steered_mps = min(steered_mps, 1.2 * TURN_RATE_RAD_S / abs(curvature_per_m))
         accel = min(accel, slowing_mps2(speed, 0.0, max(SLOWEST_MPS, 0.9 * steered_mps)))
     for distance_m, limit_mps in (*seen.limits_ahead, *curve_speeds(seen, settings)):
         accel = min(accel, slowing_mps2(speed, distance_m, limit_mps))
@@ -93,16 +96,23 @@ def slowing_mps2(speed_mps: float, distance_m: float, limit_mps: float) -> float
     return max(2.0 * (allowed_mps - speed_mps) - expected, -HARDEST_SLOWING_MPS2)
 
 
+def curve_mps(curvature_per_m: float, settings: ReferenceStackSettings) -> float:
+    """Return the speed for a curve."""
+    tight_per_m = max(1e-6, abs(curvature_per_m))
+    held_mps = math.sqrt(settings.curve_lateral_accel_mps2 / tight_per_m)
+    return max(SLOWEST_MPS, min(held_mps, TURN_RATE_RAD_S / tight_per_m))
+
+
 def curve_speeds(seen: Observation, settings: ReferenceStackSettings) -> list[tuple[float, float]]:
     """Return (distance from the front bumper, speed) of the curves ahead that ask for less than now.
 
     A curve asks for so much lateral acceleration, and where it begins for so fast a turn of the wheel.
     """
     slower: list[tuple[float, float]] = []
-    speed, lateral_mps2 = seen.speed_mps, settings.curve_lateral_accel_mps2
+    speed = seen.speed_mps
     before_m, before_per_m = 0.0, None
     for distance_m, curvature_per_m in seen.curvature_ahead:
-        limit_mps = math.sqrt(lateral_mps2 / max(1e-6, abs(curvature_per_m)))
+        limit_mps = curve_mps(curvature_per_m, settings)
         if before_per_m is not None:
             per_m = abs(curvature_per_m - before_per_m) / max(STEERED_OVER_M, distance_m - before_m)
             limit_mps = min(limit_mps, settings.curve_rate_per_m_s / max(1e-6, per_m))

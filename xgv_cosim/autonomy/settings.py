@@ -23,8 +23,8 @@ class ReferenceStackSettings:
     """Braking when there is no lane to follow."""
     yellow_decel_mps2: float = 3.0
     """It stops at yellow if this is enough."""
-    lookahead_time_s: float = 1.0
-    shortest_lookahead_m: float = 5.0
+    lookahead_time_s: float = 0.7
+    shortest_lookahead_m: float = 4.0
     max_lateral_accel_mps2: float = 3.0
     """In steering."""
     curve_lateral_accel_mps2: float = 2.0

@@ -53,7 +53,8 @@ def foe(entry_m: float, speed: float = 10.0, *, first: bool = True) -> Foe:
         ("minor", foe(30.0), True),  # both there after some 2 s
         ("minor", foe(300.0), False),  # it is through long before
         ("minor", foe(30.0, first=False), False),  # the other one yields
-        ("major", foe(30.0), False),
+        ("major", foe(30.0, first=False), False),
+        ("major", foe(30.0), True),  # inside already: he leaves first, whatever the own signal
         ("equal", foe(30.0), True),
         ("minor", foe(-2.0, 0.0), True),  # stands where the ways meet
     ],

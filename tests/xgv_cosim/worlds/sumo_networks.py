@@ -25,11 +25,11 @@ def signalised_grid(folder: Path, *, number: int = 4, length_m: float = 150.0, l
     return net
 
 
-def plain_network(folder: Path, nodes: str, edges: str, *options: str) -> Path:
+def plain_network(folder: Path, nodes: str, edges: str, *options: str, no_turnarounds: bool = True) -> Path:
     """Return a network of ``<node .../>`` and ``<edge .../>`` elements."""
     net = folder / "plain.net.xml"
     (folder / "p.nod.xml").write_text(f"<nodes>{nodes}</nodes>")
     (folder / "p.edg.xml").write_text(f"<edges>{edges}</edges>")
     files = ("-n", str(folder / "p.nod.xml"), "-e", str(folder / "p.edg.xml"), "-o", str(net))
-    run_tool("netconvert", *files, "--no-turnarounds", "true", *_EXACT, *options)
+    run_tool("netconvert", *files, "--no-turnarounds", str(no_turnarounds).lower(), *_EXACT, *options)
     return net

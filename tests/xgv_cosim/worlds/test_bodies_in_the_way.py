@@ -33,6 +33,7 @@ def scene(
             width_m=np.array([1.8, 1.8]),
         ),
         lane=np.array([ROAD, lane]),
+        lane_position_m=np.array([50.0, 50.0]),
     )
 
 

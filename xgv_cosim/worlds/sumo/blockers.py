@@ -24,10 +24,10 @@ _NUM_POINTS = int(np.searchsorted(PREVIEW_M, 41.0, side="right"))
 _SIGHT_M = float(PREVIEW_M[_NUM_POINTS - 1])
 _ROOM_M = 0.25
 """Beside the own body this much has to be free as well."""
-_APART_M = 1.0
-"""Points on a body lie no further apart along it."""
-_ACROSS = np.array([-0.5, 0.0, 0.5])
-"""And so across it, in widths to the left."""
+_CORNERS = np.array([[0.0, 0.5], [0.0, -0.5], [1.0, -0.5], [1.0, 0.5]])
+"""Of a body, one after the other around it: (lengths behind the front bumper, widths to the left)."""
+_KINK_M = 0.2
+"""Straight pieces of a way overlap by this much each way, so that nothing is missed outside of a kink."""
 
 
 def bodies_in_the_way(
@@ -54,11 +54,12 @@ def bodies_in_the_way(
         Columns of shape ``(n,)``: ``inf`` and 0 where nobody is in the way.
     """
     gap_m, speed_mps = np.full(rows.size, np.inf), np.zeros(rows.size)
-    others = np.flatnonzero((snapshot.lane < 0) | inside_junction[snapshot.lane])
+    tail_inside = snapshot.lane_position_m < snapshot.length_m
+    others = np.flatnonzero((snapshot.lane < 0) | inside_junction[snapshot.lane] | tail_inside)
     if not others.size or not rows.size:
         return gap_m, speed_mps
     half_m = 0.5 * np.hypot(snapshot.length_m, snapshot.width_m)
-    centre = _places_on(snapshot, others, np.array([0.5]), np.array([0.0]))[:, 0]
+    centre = _places_on(snapshot, others, np.array([[0.5, 0.0]]))[:, 0]
     for number, own in enumerate(rows.tolist()):
         near = np.hypot(centre[:, 0] - snapshot.front_x_m[own], centre[:, 1] - snapshot.front_y_m[own]) < (
             _SIGHT_M + half_m[others]
@@ -68,7 +69,7 @@ def bodies_in_the_way(
             continue
         way = np.column_stack([way_x_m[number, :_NUM_POINTS], way_y_m[number, :_NUM_POINTS]])
         corridor_m = 0.5 * float(snapshot.width_m[own]) + _ROOM_M
-        away_m = _along_way(way, centre[candidates][:, None])[1][:, 0]
+        away_m = _away_m(way, centre[candidates])
         candidates = candidates[away_m < corridor_m + half_m[others[candidates]]]
         here = frozenset().union(*(places[lane] for lane in lanes[number].tolist() if lane >= 0))
         bodies = np.array(
@@ -93,33 +94,57 @@ def _is_on_this_road(
 
 
 def _first(snapshot: Snapshot, bodies: IntColumn, way: FloatMatrix, corridor_m: float) -> tuple[float, float]:
-    """Return where along the way the first of some bodies reaches into it, and its speed along the way."""
-    longest_m = float(snapshot.length_m[bodies].max())
-    share = np.linspace(0.0, 1.0, int(np.ceil(longest_m / _APART_M)) + 1)
-    at_m, away_m, segment = _along_way(way, _places_on(snapshot, bodies, share, _ACROSS))
-    reaches = (away_m < corridor_m) & (at_m > 0.0) & (at_m < _SIGHT_M)
-    if not reaches.any():
+    """Return where along the way the first of some bodies reaches into it, and its speed along the way.
+
+    Each side of each body is cut to the strip along each straight piece of the way, (bodies, 4, pieces).
+    """
+    corners = _places_on(snapshot, bodies, _CORNERS)
+    steps = np.diff(way, axis=0)
+    lengths_m = np.maximum(np.hypot(*steps.T), 1e-6)
+    units = steps / lengths_m[:, None]
+    from_begin = corners[:, :, None, :] - way[:-1]
+    along_m = (from_begin * units).sum(axis=-1)
+    aside_m = units[:, 0] * from_begin[..., 1] - units[:, 1] * from_begin[..., 0]
+    along_onward_m, aside_onward_m = np.roll(along_m, -1, axis=1), np.roll(aside_m, -1, axis=1)
+    back_m = np.full(lengths_m.size, -_KINK_M)
+    back_m[0] = 0.0
+    from_a, to_a = _share_within(aside_m, aside_onward_m, -corridor_m, corridor_m)
+    from_b, to_b = _share_within(along_m, along_onward_m, back_m, lengths_m + _KINK_M)
+    begin, end = np.maximum(np.maximum(from_a, from_b), 0.0), np.minimum(np.minimum(to_a, to_b), 1.0)
+    step_m = along_onward_m - along_m
+    nearest_m = np.minimum(along_m + begin * step_m, along_m + end * step_m)
+    at_m = PREVIEW_M[: lengths_m.size] + np.clip(nearest_m, 0.0, lengths_m)
+    at_m = np.where((begin <= end) & (at_m < _SIGHT_M), at_m, np.inf)
+    body, _, piece = np.unravel_index(int(at_m.argmin()), at_m.shape)
+    found_m = float(at_m.min())
+    if not np.isfinite(found_m):
         return np.inf, 0.0
-    at_m = np.where(reaches, at_m, np.inf)
-    body, point = np.unravel_index(int(at_m.argmin()), at_m.shape)
-    step = way[segment[body, point] + 1] - way[segment[body, point]]
     heading_rad = float(snapshot.heading_rad[bodies[body]])
-    along = float(step @ [np.cos(heading_rad), np.sin(heading_rad)]) / max(float(np.hypot(*step)), 1e-6)
-    return float(at_m[body, point]), max(0.0, along * float(snapshot.speed_mps[bodies[body]]))
+    along = float(units[piece] @ [np.cos(heading_rad), np.sin(heading_rad)])
+    return found_m, max(0.0, along * float(snapshot.speed_mps[bodies[body]]))
 
 
-def _places_on(snapshot: Snapshot, bodies: IntColumn, share: FloatColumn, across: FloatColumn) -> FloatMatrix:
-    """Return points on bodies, shape ``(m, len(share) * len(across), 2)``.
+def _share_within(
+    first: FloatMatrix, last: FloatMatrix, low: float | FloatColumn, high: FloatColumn | float
+) -> tuple[FloatMatrix, FloatMatrix]:
+    """Return which share of the way from one value to another lies between two bounds: (from, to)."""
+    change = last - first
+    change = np.where(np.abs(change) < 1e-12, 1e-12, change)
+    at_low, at_high = (low - first) / change, (high - first) / change
+    return np.minimum(at_low, at_high), np.maximum(at_low, at_high)
+
+
+def _places_on(snapshot: Snapshot, bodies: IntColumn, places: FloatMatrix) -> FloatMatrix:
+    """Return points on bodies, shape ``(m, p, 2)``.
 
     Args:
         snapshot: The world.
         bodies: Rows of the bodies, shape ``(m,)``.
-        share: How far behind the front bumper, in lengths.
-        across: How far left of the middle, in widths.
+        places: (how far behind the front bumper, in lengths; how far left of the middle, in widths).
     """
-    back, left = (grid.ravel() for grid in np.meshgrid(share, across, indexing="ij"))
     heading_rad = snapshot.heading_rad[bodies][:, None]
-    behind_m, beside_m = back * snapshot.length_m[bodies][:, None], left * snapshot.width_m[bodies][:, None]
+    behind_m = places[:, 0] * snapshot.length_m[bodies][:, None]
+    beside_m = places[:, 1] * snapshot.width_m[bodies][:, None]
     x_m = (
         snapshot.front_x_m[bodies][:, None] - behind_m * np.cos(heading_rad) - beside_m * np.sin(heading_rad)
     )
@@ -129,16 +154,13 @@ def _places_on(snapshot: Snapshot, bodies: IntColumn, share: FloatColumn, across
     return np.stack([x_m, y_m], axis=-1)
 
 
-def _along_way(way: FloatMatrix, points: FloatMatrix) -> tuple[FloatMatrix, FloatMatrix, IntColumn]:
-    """Return (distance along a way, distance from it, nearest segment) of points ``(m, p, 2)``."""
+def _away_m(way: FloatMatrix, points: FloatMatrix) -> FloatColumn:
+    """Return the distance of points ``(p, 2)`` from a way."""
     steps = np.diff(way, axis=0)
     lengths_m = np.maximum(np.hypot(*steps.T), 1e-6)
     directions = steps / lengths_m[:, None]
-    from_begin = points[:, :, None, :] - way[:-1]
+    from_begin = points[:, None, :] - way[:-1]
     along_m = np.clip((from_begin * directions).sum(axis=-1), 0.0, lengths_m)
     offset = from_begin - along_m[..., None] * directions
-    away_m = np.hypot(offset[..., 0], offset[..., 1])
-    nearest = away_m.argmin(axis=-1)
-    found = nearest[..., None]
-    at_m = PREVIEW_M[:_NUM_POINTS][nearest] + np.take_along_axis(along_m, found, -1)[..., 0]
-    return at_m, np.take_along_axis(away_m, found, -1)[..., 0], nearest
+    away_m: FloatColumn = np.hypot(offset[..., 0], offset[..., 1]).min(axis=-1)
+    return away_m

@@ -1,14 +1,14 @@
 """What surrounds the bound vehicles of a SUMO world: way, neighbours, signals, right of way.
 
 What does not change is read once; per step SUMO is asked only what it alone knows: the states of the
-signals in sight, and who comes to a junction that a vehicle is about to enter.
+signals in sight, and the routes of those who have just come onto a road to a junction that matters.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from xgv_cosim.surroundings import (
     rows_of,
 )
 from xgv_cosim.worlds.sumo.blockers import bodies_in_the_way
+from xgv_cosim.worlds.sumo.conflicts import Conflicts
+from xgv_cosim.worlds.sumo.foes import FoesOf, RoutesAhead, Signals
 from xgv_cosim.worlds.sumo.network import SumoNetwork
 from xgv_cosim.worlds.sumo.routes import RoutePlan, Way, plan_route, way_along
 from xgv_cosim.worlds.sumo.traffic_lanes import LaneTraffic
@@ -48,6 +50,8 @@ _RIGHT_OF_WAY = {
     "m": "minor", "g": "minor", "o": "minor", "u": "minor", "r": "minor", "y": "major", "Y": "major",
     "s": "stop", "=": "equal", "w": "allway_stop", "Z": "zipper",
 }  # fmt: skip
+_GO_FIRST = frozenset("GMO")
+"""Who has one of these goes before all who are not inside the junction yet."""
 
 
 _SAME_M = 0.5
@@ -84,12 +88,15 @@ class SurroundingsReader:
     engine: Engine
     road: SumoRoad
     network: SumoNetwork
+    _conflicts: Conflicts
+    _routes: RoutesAhead
     _known: dict[str, _Known] = field(default_factory=dict)
 
     @classmethod
     def of(cls, engine: Engine, road: SumoRoad) -> SurroundingsReader:
         """Return a reader for an open simulation."""
-        return cls(engine, road, SumoNetwork.read(engine, road))
+        network = SumoNetwork.read(engine, road)
+        return cls(engine, road, network, Conflicts(engine, road, network), RoutesAhead(engine))
 
     def read(self, snapshot: Snapshot, vehicle_ids: Sequence[str]) -> Surroundings:
         """Return what surrounds vehicles of the snapshot."""
@@ -120,6 +127,8 @@ class SurroundingsReader:
         leader_gap_m = np.where(blocked, blocked_m, leader_gap_m)
         leader_speed_mps = np.where(blocked, blocker_mps, leader_speed_mps)
         has_way = ways.lanes[:, 0] >= 0
+        signals = Signals(self.engine)
+        foes = FoesOf(snapshot, traffic, self.network, self._conflicts, self._routes, signals)
         return Surroundings(
             way_x_m=way_x_m,
             way_y_m=way_y_m,
@@ -139,11 +148,14 @@ class SurroundingsReader:
             leader_speed_mps=leader_speed_mps,
             left=self._beside(1, snapshot, rows, known, traffic),
             right=self._beside(-1, snapshot, rows, known, traffic),
-            signals=self._signals(known, positions),
+            signals=_next_signals(known, positions, signals),
             junctions=tuple(
-                self._junction(name, entry, here_m, speed, snapshot) if entry.lines and here else None
-                for name, entry, here_m, speed, here in zip(
-                    vehicle_ids,
+                self._junction(
+                    next((line for line in entry.lines if line.exit_m > here_m), None), here_m, speed, foes
+                )
+                if here
+                else None
+                for entry, here_m, speed, here in zip(
                     known,
                     positions,
                     snapshot.speed_mps[rows].tolist(),
@@ -179,7 +191,7 @@ class SurroundingsReader:
                 plan = plan_route(self.road, self.network, route, vehicle_class)
         index = vehicle.getRouteIndex(vehicle_id)
         way = way_along(self.road, self.network, plan, index, lane, _SIGHT_M)
-        lines = lines_of(self.road, self.network, way)
+        lines = lines_of(self.network, self._conflicts, way)
         entry = _Known(vehicle_class, plan, read_s, index, lane, way, lines, self._limits(way))
         self._known[vehicle_id] = entry
         return entry
@@ -265,90 +277,35 @@ class SurroundingsReader:
             return (lane, *choice.onward)
         return (lane, *(link.first for link in self.network.links[lane][:1]))
 
-    def _signals(self, known: Sequence[_Known], positions: Sequence[float]) -> tuple[Signal | None, ...]:
-        """Return the next signal of each way; each light is asked once."""
-        states: dict[str, str] = {}
-        found: list[Signal | None] = []
-        for entry, here_m in zip(known, positions, strict=True):
-            line = next((line for line in entry.lines if line.signal and line.at_m >= here_m - 1e-6), None)
-            if line is None or line.signal is None:
-                found.append(None)
-            else:
-                found.append(Signal(line.at_m - here_m, self._letter(line.signal, states)))
-        return tuple(found)
-
-    def _letter(self, signal: tuple[str, int], states: dict[str, str]) -> str:
-        light, index = signal
-        if light not in states:
-            states[light] = self.engine.trafficlight.getRedYellowGreenState(light)
-        return states[light][index]
-
-    def _junction(
-        self, vehicle_id: str, entry: _Known, here_m: float, speed_mps: float, snapshot: Snapshot
-    ) -> Junction | None:
+    def _junction(self, line: Line | None, here_m: float, speed_mps: float, foes: FoesOf) -> Junction | None:
         """Return the next line at which others have a say, with who is there if it is near.
 
-        Inside a junction without a further line it is the one that has been crossed, for its foes.
+        Inside a junction it is the one that has been crossed, for its foes.
         """
-        line = next((line for line in entry.lines if line.part_end_m > here_m), None)
         if line is None:
             return None
-        line_m = line.at_m - here_m
+        line_m = line.waits_m - here_m
+        letter = foes.signals.letter(line.signal) if line.signal else line.letter
+        right_of_way = _RIGHT_OF_WAY.get(letter, "major")
+        goes_first = letter in _GO_FIRST
+        if right_of_way == "major" and not goes_first and any(item.first for item in line.conflicts):
+            right_of_way = "minor"
         sight_m = max(_FOES_FROM_M, 0.5 * speed_mps * speed_mps / _FOES_DECEL_MPS2 + 20.0)
-        states: dict[str, str] = {}
-        letter = self._letter(line.signal, states) if line.signal else line.letter
-        foes: tuple[Foe, ...] = ()
+        found: tuple[Foe, ...] = ()
         if line_m < sight_m:
-            foes = tuple(
-                foe
-                for row in self.engine.vehicle.getJunctionFoes(vehicle_id, _rounded_up_m(sight_m + 1.0))
-                if (foe := self._foe(row, line, snapshot, states)) is not None
-            )
-        return Junction(line_m, line.exit_m - here_m, _RIGHT_OF_WAY.get(letter, "major"), foes)
-
-    def _foe(
-        self, row: tuple[Any, ...], line: Line, snapshot: Snapshot, states: dict[str, str]
-    ) -> Foe | None:
-        """Return one of SUMO's foes; None where he meets another line, waits at red or has gone."""
-        name, own_entry, foe_entry, own_exit, foe_exit, own_lane, foe_lane, first, yields = row
-        index = snapshot.index_of.get(str(name), -1)
-        if own_lane not in line.lanes or index < 0:
-            return None
-        length_m = float(snapshot.length_m[index])
-        if foe_exit + length_m < 0.0 or own_exit < 0.0:
-            return None
-        lane = int(snapshot.lane[index])
-        inside = lane >= 0 and self.network.is_internal[lane]
-        if not inside and self._is_red(self.road.index_of.get(str(foe_lane), -1), states):
-            return None
-        return Foe(
-            str(name),
-            float(own_entry),
-            float(own_exit),
-            float(foe_entry),
-            float(foe_exit),
-            float(snapshot.speed_mps[index]),
-            length_m,
-            bool(first),
-            bool(yields),
-        )
-
-    def _is_red(self, lane: int, states: dict[str, str]) -> bool:
-        """Return whether the signal before a lane of a junction is red."""
-        for _ in range(4):
-            signal = self.network.signal_of_first.get(lane)
-            if signal is not None:
-                return self._letter(signal, states) in "ru"
-            before = self.network.before[lane] if lane >= 0 else ()
-            if not before or not self.network.is_internal[before[0]]:
-                return False
-            lane = before[0]
-        return False
+            found = foes.at(line.conflicts, here_m - line.at_m, goes_first=goes_first)
+        return Junction(line_m, line.exit_m - here_m, right_of_way, found)
 
 
-def _rounded_up_m(distance_m: float) -> float:
-    """Return a distance that stays the same for a while, so that the same is asked step after step.
-
-    Over a socket, what was asked before comes in one message with all the rest (``socket_engine``).
-    """
-    return 40.0 * math.ceil(distance_m / 40.0)
+def _next_signals(
+    known: Sequence[_Known], positions: Sequence[float], signals: Signals
+) -> tuple[Signal | None, ...]:
+    """Return the next signal of each way."""
+    found: list[Signal | None] = []
+    for entry, here_m in zip(known, positions, strict=True):
+        line = next((line for line in entry.lines if line.signal and line.at_m >= here_m - 1e-6), None)
+        if line is None or line.signal is None:
+            found.append(None)
+        else:
+            found.append(Signal(line.at_m - here_m, signals.letter(line.signal)))
+    return tuple(found)

@@ -40,6 +40,13 @@ class LaneTraffic:
         first = np.searchsorted(lane[order], np.arange(len(road.lane_ids) + 1))
         return cls(road, on_road[order].tolist(), position_m[order].tolist(), first.tolist())
 
+    def on(self, lane: int) -> list[tuple[int, float]]:
+        """Return (row, front bumper) of the vehicles on a lane, the first one first."""
+        begin, end = self.first[lane], self.first[lane + 1]
+        if begin == end:
+            return []
+        return list(zip(self.rows[begin:end][::-1], self.position_m[begin:end][::-1], strict=True))
+
     def first_ahead(
         self, lanes: IntColumn, starts_m: FloatMatrix, position_m: FloatColumn, own: IntColumn
     ) -> tuple[IntColumn, FloatColumn]:

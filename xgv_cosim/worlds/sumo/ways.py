@@ -11,59 +11,50 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
+    from xgv_cosim.worlds.sumo.conflicts import Conflict, Conflicts, Connection
     from xgv_cosim.worlds.sumo.network import SumoNetwork
-    from xgv_cosim.worlds.sumo.road import SumoRoad
     from xgv_cosim.worlds.sumo.routes import Way
 
 
 class Line(NamedTuple):
-    """A line on a way at which signals or others may have a say."""
+    """A line on a way at which signals or others may have a say; distances from where the way begins."""
 
     at_m: float
-    """From the beginning of the way's first lane."""
+    """Where the junction begins: a signal's line."""
+    waits_m: float
+    """Where one waits for others, there or inside the junction."""
     exit_m: float
-    """Where the way leaves the junction behind it."""
-    part_end_m: float
-    """Where the next line inside the same junction is, or its exit."""
+    """Where the way leaves the junction."""
     letter: str
     signal: tuple[str, int] | None
-    lanes: frozenset[str]
-    """Names of the way's lanes from this line to the next."""
+    conflicts: tuple[Conflict, ...]
 
 
-def lines_of(road: SumoRoad, network: SumoNetwork, way: Way) -> tuple[Line, ...]:
-    """Return the lines on a way: before every junction, and inside it where one waits again."""
-    at: list[int] = []
+def lines_of(network: SumoNetwork, conflicts: Conflicts, way: Way) -> tuple[Line, ...]:
+    """Return the lines on a way: of the junction that it begins in, and of every one ahead."""
+    found: list[Line] = []
+    if network.is_internal[way.lanes[0]]:
+        inside = conflicts.connection_of(way.lanes[0])
+        if inside is not None:
+            found.append(_line(conflicts, inside[0], -inside[1]))
     for number in range(1, len(way.lanes)):
         before, lane = way.lanes[number - 1], way.lanes[number]
+        if network.is_internal[before]:
+            continue
         link = next((link for link in network.links[before] if link.first == lane), None)
-        if link is not None and (network.is_internal[lane] or link.signal):
-            at.append(number)
-    found: list[Line] = []
-    for order, number in enumerate(at):
-        before, lane = way.lanes[number - 1], way.lanes[number]
-        link = next(link for link in network.links[before] if link.first == lane)
-        out = next((n for n in range(number, len(way.lanes)) if not network.is_internal[way.lanes[n]]), -1)
-        exit_m = way.starts_m[out] if out >= 0 else way.starts_m[-1] + float(road.lengths_m[way.lanes[-1]])
-        part_end = at[order + 1] if order + 1 < len(at) else len(way.lanes)
-        inner_end = min(part_end, out if out >= 0 else len(way.lanes))
-        part_end_m = way.starts_m[inner_end] if inner_end < len(way.lanes) else exit_m
-        found.append(
-            Line(
-                way.starts_m[number],
-                exit_m,
-                part_end_m,
-                link.letter,
-                link.signal,
-                frozenset(road.lane_ids[n] for n in way.lanes[number:inner_end]),
-            )
-        )
-    if network.is_internal[way.lanes[0]]:
-        out = next((n for n, lane in enumerate(way.lanes) if not network.is_internal[lane]), -1)
-        exit_m = way.starts_m[out] if out >= 0 else float(road.lengths_m[way.lanes[0]])
-        end_m = way.starts_m[1] if len(way.lanes) > 1 else exit_m
-        found.insert(0, Line(-1.0, exit_m, end_m, "M", None, frozenset((road.lane_ids[way.lanes[0]],))))
+        if link is None:
+            continue
+        if network.is_internal[lane]:
+            found.append(_line(conflicts, conflicts.connection(before, lane), way.starts_m[number]))
+        elif link.signal:
+            at_m = way.starts_m[number]
+            found.append(Line(at_m, at_m, at_m, link.letter, link.signal, ()))
     return tuple(found)
+
+
+def _line(conflicts: Conflicts, own: Connection, at_m: float) -> Line:
+    waits_m = at_m + conflicts.waits_at_m(own)
+    return Line(at_m, waits_m, at_m + own.length_m, own.letter, own.signal, conflicts.of(own))
 
 
 class LeftM(NamedTuple):
