@@ -17,7 +17,7 @@ from tests.xgv_cosim.simulation.bare_world import StraightRoad
 from tests.xgv_cosim.worlds.sumo_traffic import car
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.snapshot import Collision
-from xgv_cosim.worlds.contacts import OVERLAP, TOLERANCE_M, Contacts, near_pairs, overlap
+from xgv_cosim.worlds.contacts import OVERLAP, TOLERANCE_M, Contacts, boxes_of, near_pairs, overlap
 
 if TYPE_CHECKING:
     from tests.xgv_cosim.worlds.conftest import NewWorld
@@ -196,3 +196,37 @@ def test_ordinary_traffic_has_no_contacts(sumo: NewWorld) -> None:
     for _ in range(100):
         snapshot = world.step(ahead(snapshot, "c3", 8.0, 0.1))
         assert snapshot.collisions == ()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_whoever_is_looked_at_seldom_is_never_missed(seed: int) -> None:
+    """Random traffic at up to 60 m/s, cars that come and go: the same contacts as when all are looked at."""
+    draw = np.random.default_rng(seed)
+    names = tuple(f"v{number}" for number in range(40))
+    x_m, y_m = draw.uniform(0.0, 400.0, 40), draw.uniform(0.0, 30.0, 40)
+    heading_rad, speed_mps = draw.uniform(-np.pi, np.pi, 40), draw.uniform(0.0, 60.0, 40)
+    contacts, found = Contacts(("lane",)), 0
+    for step in range(300):
+        there = (np.arange(40) + step // 40) % 7 > 0
+        x_m += 0.1 * speed_mps * np.cos(heading_rad)
+        y_m += 0.1 * speed_mps * np.sin(heading_rad)
+        heading_rad = np.where((x_m < 0.0) | (x_m > 400.0), np.pi - heading_rad, heading_rad)
+        heading_rad = np.where((y_m < 0.0) | (y_m > 30.0), -heading_rad, heading_rad)
+        x_m, y_m = np.clip(x_m, 0.0, 400.0), np.clip(y_m, 0.0, 30.0)
+        here = np.flatnonzero(there)
+        columns = {"front_x_m": x_m, "front_y_m": y_m, "heading_rad": heading_rad, "speed_mps": speed_mps}
+        sizes = {"length_m": np.full(40, 4.5), "width_m": np.full(40, 1.8)}
+        ids = tuple(names[number] for number in here)
+        snapshot = make_snapshot(
+            *ids, time_s=round(0.1 * step, 3), **{name: c[here] for name, c in (columns | sizes).items()}
+        )
+        bound = [name for name in ("v1", "v2", "v3") if name in ids]
+        subjects = np.sort(snapshot.rows_of(bound))
+        watched = set(contacts._touching(snapshot, subjects))
+        centre_m, headings, half_m = boxes_of(snapshot, np.arange(len(ids))).placed()
+        one, other = near_pairs(centre_m[:, 0], centre_m[:, 1], np.hypot(*half_m.T), subjects)
+        touching = overlap(centre_m, headings, half_m, one, other)
+        everybody = set(zip(one[touching].tolist(), other[touching].tolist(), strict=True))
+        assert {frozenset(pair) for pair in watched} == {frozenset(pair) for pair in everybody}
+        found += len(watched)
+    assert found > 20

@@ -104,13 +104,13 @@ class LazySnapshot(Snapshot):
             width_m=cast.width_m,
             next_lane=columns.next_lane,
             in_lane_frame=in_lane_frame,
-            _cast=cast,
+            cast=cast,
             _columns=columns,
             _source=source,
         )
         self.__dict__.update(known)  # the class it derives from is frozen
 
-    _cast: Cast
+    cast: Cast
     _columns: Columns
     _source: Source | None
 
@@ -157,7 +157,7 @@ class LazySnapshot(Snapshot):
         missing = np.zeros(len(has), np.bool_)
         missing[rows] = True
         missing &= ~has
-        getattr(self._reading(how), how)(self._cast, self._columns, np.flatnonzero(missing).tolist())
+        getattr(self._reading(how), how)(self.cast, self._columns, np.flatnonzero(missing).tolist())
         has[missing] = True
 
     def _reading(self, what: str) -> Source:
@@ -205,7 +205,7 @@ class LazySnapshot(Snapshot):
 
     @cached_property
     def _neighbours(self) -> Neighbours:
-        return self._reading("neighbours").neighbours(self._cast, self.lane, self.lane_position_m)
+        return self._reading("neighbours").neighbours(self.cast, self.lane, self.lane_position_m)
 
     @property
     def leader(self) -> IntColumn:  # noqa: D102
@@ -225,7 +225,7 @@ class LazySnapshot(Snapshot):
 
     @cached_property
     def _errors(self) -> tuple[FloatColumn, FloatColumn]:
-        return self._reading("placement errors").placement_errors(self._cast)
+        return self._reading("placement errors").placement_errors(self.cast)
 
     @property
     def placement_error_m(self) -> FloatColumn:  # noqa: D102

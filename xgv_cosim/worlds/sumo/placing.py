@@ -98,10 +98,11 @@ ROSTER = np.dtype(
 ``kind`` place of its ``CouplingKind`` in ``KINDS``; ``way`` what wrote it last; ``yields`` why that was the
 free coupling; ``changes_lane`` SUMO has not yet ended a lane change of its driver, from whom the computer has
 taken the wheel; ``exact_steps`` steps in a row in which mirroring was exact, below 0 after a refusal;
-``rest_steps`` steps for which it has been held at rest; ``lane``, ``next_lane`` where it was seen last, and
-``road_lane`` the last one that was a lane, and ``free_lane`` the one on which it was placed freely last; ``behind_0`` to ``behind_3`` the lanes that it has come over,
-nearest first, -1: no more; ``lateral_m`` where its front bumper was across its lane in the step before, and
-``crossing_m`` before it came onto its present lane.
+``rest_steps`` steps for which it has been held at rest; ``lane``, ``next_lane`` where it was seen last;
+``road_lane`` the last one that was a lane, and ``free_lane`` the one on which it was placed freely last;
+``behind_0`` to ``behind_3`` the lanes that it has come over, nearest first, -1: no more; ``lateral_m`` where
+its front bumper was across its lane in the step before, and ``crossing_m`` before it came onto its present
+lane.
 """
 
 

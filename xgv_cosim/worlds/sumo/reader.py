@@ -33,6 +33,17 @@ CHECK_STEPS = 10
 _NOWHERE = Cast((), {}, (), np.zeros(0), np.zeros(0))
 
 
+_NOT_ASKED = -2
+
+
+class _BoundRows(NamedTuple):
+    """Rows of the bound vehicles, as long as these and the cast are the same."""
+
+    bound: tuple[str, ...]
+    cast: Cast
+    rows: IntColumn
+
+
 class _Both(NamedTuple):
     """Vehicles of the last snapshot of which the plant has both axes, and where it has them."""
 
@@ -57,8 +68,9 @@ class SnapshotReader:
         self._owner_of: Mapping[str, str] = {}
         self._cast = _NOWHERE
         self._present: Sequence[str] = ()
-        self._next_lanes: dict[str, tuple[int, int]] = {}
-        """Of each bound vehicle its lane and the one that follows."""
+        self._bound_rows = _BoundRows((), _NOWHERE, np.zeros(0, np.int64))
+        self._onward = np.zeros((2, 0), np.int64)
+        """Of each bound vehicle that is there its lane and the one that follows; -2: not asked yet."""
         self._both: _Both | None = None
 
     def read(
@@ -133,7 +145,6 @@ class SnapshotReader:
     def _forget(self, vehicle_id: str) -> None:
         self._bodies.forget(vehicle_id)
         self._neighbours.forget(vehicle_id)
-        self._next_lanes.pop(vehicle_id, None)
 
     def _fill_in(
         self,
@@ -231,16 +242,28 @@ class SnapshotReader:
         for number in checked[elsewhere & written.in_lane_frame[checked]].tolist():
             self._bound.refuse_mirror(written.placement.ids[number])
 
+    def rows_of_bound(self, cast: Cast) -> IntColumn:
+        """Return the rows of the bound vehicles that are there, in the order of the roster."""
+        known = self._bound_rows
+        if known.cast is not cast or known.bound != self._bound.ids:
+            here = [name for name in self._bound.ids if name in cast.index_of]
+            before = {known.cast.ids[row]: place for place, row in enumerate(known.rows.tolist())}
+            onward = np.full((2, len(here)), _NOT_ASKED)
+            for place, name in enumerate(here):
+                if name in before:
+                    onward[:, place] = self._onward[:, before[name]]
+            rows = np.array([cast.index_of[name] for name in here], np.int64)
+            self._onward, self._bound_rows = onward, _BoundRows(self._bound.ids, cast, rows)
+        return self._bound_rows.rows
+
     def _fill_next_lanes(self, snapshot: LazySnapshot, columns: Columns) -> None:
         """Fill in the lanes that follow on the routes of the bound vehicles."""
-        index_of, known_of = snapshot.index_of, self._next_lanes
-        names = [name for name in self._bound if name in index_of]
-        rows = np.array([index_of[name] for name in names], np.int64)
-        for name, row, lane in zip(names, rows.tolist(), snapshot.of("lane", rows).tolist(), strict=True):
-            known = known_of.get(name)
-            if known is None or known[0] != lane:
-                known = known_of[name] = (lane, self._next_lane(name, lane))
-            columns.next_lane[row] = known[1]
+        rows = self.rows_of_bound(self._cast)
+        lane, ids = snapshot.of("lane", rows), snapshot.ids
+        for place in np.flatnonzero(lane != self._onward[0]).tolist():
+            self._onward[1, place] = self._next_lane(ids[rows[place]], int(lane[place]))
+        self._onward[0] = lane
+        columns.next_lane[rows] = self._onward[1]
 
     def _next_lane(self, vehicle_id: str, lane: int) -> int:
         if lane < 0:
@@ -278,7 +301,7 @@ class SnapshotReader:
     def neighbours(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Neighbours:
         """Return who is before and behind the bound vehicles."""
         with self._session.failures():
-            here = [name for name in self._bound if name in cast.index_of]
+            here = [cast.ids[row] for row in self.rows_of_bound(cast).tolist()]
             return self._neighbours.read(cast.index_of, lane, position_m, here, self._owner_of)
 
     def placement_errors(self, cast: Cast) -> tuple[FloatColumn, FloatColumn]:

@@ -33,6 +33,11 @@ class Roster:
     def __len__(self) -> int:
         return len(self._place)
 
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Return who is bound, in the order in which they were placed last."""
+        return self._ids
+
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in, as one that nothing is known of."""
         self._set((*self._ids, vehicle_id), np.concatenate([self._rows, new_row(kind)]))

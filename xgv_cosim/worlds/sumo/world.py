@@ -270,7 +270,8 @@ class SumoWorld:
                 self._bindings.ghosts.owner_of,
             )
             self._snapshot = snapshot
-            snapshot.with_collisions(self._contacts.merged(snapshot, self._bindings.bound))
+            subjects = self._reader.rows_of_bound(snapshot.cast)
+            snapshot.with_collisions(self._contacts.merged(snapshot, self._bindings.bound, subjects))
         for vehicle_id in snapshot.arrived:
             self._bindings.forget(vehicle_id)
         return snapshot
