@@ -7,19 +7,35 @@ A free slot holds a valid, idle vehicle at standstill, so that no stage needs to
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from xgv_cosim.actuation import Driver, Gear, Lateral, Longitudinal
-from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, UInt16Column, UInt64Column
+from xgv_cosim.columns import (
+    BoolColumn,
+    FloatColumn,
+    FloatMatrix,
+    IntColumn,
+    UInt8Column,
+    UInt8Matrix,
+    UInt16Column,
+    UInt64Column,
+)
 from xgv_cosim.commands import CommandColumns, empty_commands
 from xgv_cosim.errors import ScenarioError, UnknownVehicleError
-from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
+from xgv_cosim.parameters import (
+    ParameterColumns,
+    VehicleParameters,
+    parameter_columns,
+    parameter_table,
+    parameters_in,
+)
 
-FIRST_CAPACITY = 32
+FIRST_CAPACITY = 4
 """Slots of a new fleet; the capacity doubles when they are used up."""
 
 Columns = TypeVar("Columns", "Motion", "Reference", "HeldOutputs", CommandColumns, ParameterColumns)
@@ -60,16 +76,39 @@ class Motion(NamedTuple):
     """How long ago that ended, 0 while it lasts."""
 
 
+_GEAR = Motion._fields.index("gear")
+
+
+class MotionTable(Motion):
+    """A motion whose columns of numbers are those of one table, which compiled code takes as a whole."""
+
+    table: FloatMatrix | None = None
+    """Shape ``(num_slots, 14)``: the columns of ``Motion`` in their order, without the gear."""
+
+
+def motion_in(table: FloatMatrix, gear: UInt8Column) -> Motion:
+    """Return the motion whose columns are those of a table, as views; see ``MotionTable.table``."""
+    columns = table.T
+    motion = MotionTable._make((*columns[:_GEAR], gear, *columns[_GEAR:]))
+    motion.table = table
+    return motion
+
+
+def motion_table(motion: Motion) -> FloatMatrix:
+    """Return the table of a motion, a new one if its columns are not those of a table."""
+    if isinstance(motion, MotionTable) and motion.table is not None:
+        return motion.table
+    return _table_of(getattr(motion, name) for name in motion._fields if name != "gear")
+
+
 def idle_motion(num_slots: int) -> Motion:
     """Return vehicles that stand at the origin in drive, heading east, everything released."""
-    columns = {name: np.zeros(num_slots) for name in Motion._fields if name != "gear"}
-    return Motion(**columns, gear=np.full(num_slots, Gear.DRIVE, np.uint8))
+    return motion_in(np.zeros((num_slots, len(Motion._fields) - 1)), np.full(num_slots, Gear.DRIVE, np.uint8))
 
 
 def copied_motion(motion: Motion) -> Motion:
     """Return the same motion in columns of its own."""
-    columns: list[Any] = [column.copy() for column in motion]
-    return Motion(*columns)
+    return motion_in(motion_table(motion).copy(), motion.gear.copy())
 
 
 def is_limited_by_grip(motion: Motion) -> BoolColumn:
@@ -85,6 +124,31 @@ class Reference(NamedTuple):
     accel_mps2: FloatColumn
     curvature_per_m: FloatColumn
     curvature_rate_per_m_s: FloatColumn
+
+
+class ReferenceTable(Reference):
+    """A reference whose columns are those of one table."""
+
+    table: FloatMatrix | None = None
+    """Shape ``(num_slots, 4)``: the columns of ``Reference`` in their order."""
+
+
+def reference_in(table: FloatMatrix) -> Reference:
+    """Return the reference whose columns are those of a table, as views."""
+    reference = ReferenceTable(*table.T)
+    reference.table = table
+    return reference
+
+
+def reference_table(reference: Reference) -> FloatMatrix:
+    """Return the table of a reference, a new one if its columns are not those of a table."""
+    if isinstance(reference, ReferenceTable) and reference.table is not None:
+        return reference.table
+    return _table_of(reference)
+
+
+def _table_of(columns: Iterable[FloatColumn | UInt8Column]) -> FloatMatrix:
+    return np.ascontiguousarray(np.array(tuple(columns), np.float64).T)
 
 
 class HeldOutputs(NamedTuple):
@@ -155,6 +219,43 @@ class Setpoints(NamedTuple):
     """Bits of ``actuation.LostFunction`` (XGV-38)."""
 
 
+class SetpointTables(Setpoints):
+    """Setpoints whose columns are those of two tables."""
+
+    numbers: FloatMatrix | None = None
+    """Shape ``(num_slots, 11)``: the columns of numbers in their order."""
+    codes: UInt8Matrix | None = None
+    """Shape ``(num_slots, 6)``: the others, truth as 0 or 1."""
+
+
+_CODES = ("longitudinal", "lateral", "gear_wanted", "engine_on", "parking_brake", "lost_functions")
+_TRUTHS = ("engine_on", "parking_brake")
+_NUMBERS = tuple(name for name in Setpoints._fields if name not in _CODES)
+
+
+def setpoints_in(numbers: FloatMatrix, codes: UInt8Matrix) -> Setpoints:
+    """Return the setpoints whose columns are those of two tables, as views."""
+    columns: dict[str, Any] = dict(zip(_NUMBERS, numbers.T, strict=True))
+    columns |= zip(_CODES, codes.T, strict=True)
+    for name in _TRUTHS:
+        columns[name] = columns[name].view(np.bool_)
+    setpoints = SetpointTables(**columns)
+    setpoints.numbers, setpoints.codes = numbers, codes
+    return setpoints
+
+
+def setpoint_tables(setpoints: Setpoints) -> tuple[FloatMatrix, UInt8Matrix]:
+    """Return numbers and codes of setpoints, new tables if their columns are not those of tables."""
+    if (
+        isinstance(setpoints, SetpointTables)
+        and setpoints.numbers is not None
+        and setpoints.codes is not None
+    ):
+        return setpoints.numbers, setpoints.codes
+    codes = np.array([getattr(setpoints, name) for name in _CODES], np.uint8)
+    return _table_of(getattr(setpoints, name) for name in _NUMBERS), np.ascontiguousarray(codes.T)
+
+
 def _grown(columns: Columns, fresh: Columns) -> Columns:
     """Return ``columns`` followed by ``fresh``, column by column."""
     before: list[Any] = list(columns)
@@ -183,7 +284,7 @@ class Fleet:
     """Vehicle id of each slot, None where it is free."""
     motion: Motion = field(default_factory=lambda: idle_motion(FIRST_CAPACITY))
     reference: Reference = field(
-        default_factory=lambda: Reference(*(np.zeros(FIRST_CAPACITY) for _ in Reference._fields))
+        default_factory=lambda: reference_in(np.zeros((FIRST_CAPACITY, len(Reference._fields))))
     )
     held: HeldOutputs = field(default_factory=lambda: no_held_outputs(FIRST_CAPACITY))
     command: CommandColumns = field(default_factory=lambda: empty_commands(FIRST_CAPACITY))
@@ -294,6 +395,7 @@ class Fleet:
         if len(self._slots) == self.num_slots:
             self._double()
         slot = self.ids.index(None)
+        self._make_idle(slot)  # so that nothing depends on how long the slot was free
         self.ids[slot] = vehicle_id
         self._slots[vehicle_id], self._bound = slot, None
         return slot
@@ -301,29 +403,38 @@ class Fleet:
     def vacate(self, vehicle_id: str) -> int:
         """Free the slot of ``vehicle_id``, put an idle vehicle into it, and return it."""
         slot = self.slot_of(vehicle_id)
-        idle = Fleet()
-        for name in ("motion", "reference", "held", "command", "parameters"):
-            for column, fresh in zip(getattr(self, name), getattr(idle, name), strict=True):
-                column[slot] = fresh[0]
-        for name in _SINGLE_COLUMNS:
-            getattr(self, name)[slot] = getattr(idle, name)[0]
+        self._make_idle(slot)
         self.ids[slot] = None
         del self._slots[vehicle_id]
         self._bound = None
         return slot
 
+    def _make_idle(self, slot: int) -> None:
+        idle = _idle()
+        for name in ("motion", "reference", "held", "command", "parameters"):
+            for column, fresh in zip(getattr(self, name), getattr(idle, name), strict=True):
+                column[slot] = fresh[0]
+        for name in _SINGLE_COLUMNS:
+            getattr(self, name)[slot] = getattr(idle, name)[0]
+
     def _double(self) -> None:
         fresh = Fleet()
         while fresh.num_slots < self.num_slots:
             fresh._double()
-        self.motion = _grown(self.motion, fresh.motion)
-        self.reference = _grown(self.reference, fresh.reference)
+        self.motion = copied_motion(_grown(self.motion, fresh.motion))
+        self.reference = reference_in(reference_table(_grown(self.reference, fresh.reference)))
         self.held = _grown(self.held, fresh.held)
         self.command = _grown(self.command, fresh.command)
-        self.parameters = _grown(self.parameters, fresh.parameters)
+        self.parameters = parameters_in(parameter_table(_grown(self.parameters, fresh.parameters)))
         for name in _SINGLE_COLUMNS:
             setattr(self, name, np.concatenate([getattr(self, name), getattr(fresh, name)]))
         self.ids.extend(fresh.ids)
+
+
+@cache
+def _idle() -> Fleet:
+    """Return a fleet of idle vehicles to copy from."""
+    return Fleet()
 
 
 _SINGLE_COLUMNS = (

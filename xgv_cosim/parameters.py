@@ -11,7 +11,7 @@ import numpy as np
 from xgv_cosim.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from xgv_cosim.columns import FloatColumn
+    from xgv_cosim.columns import FloatColumn, FloatMatrix
 
 DEFAULT_PRESET = "ford_escape_hybrid"
 GRAVITY_MPS2 = 9.81
@@ -194,9 +194,29 @@ class ParameterColumns(NamedTuple):
 
 def parameter_columns(parameters: VehicleParameters, num_slots: int) -> ParameterColumns:
     """Return columns that hold ``parameters`` in every slot."""
-    return ParameterColumns(
-        *(np.full(num_slots, float(getattr(parameters, field.name))) for field in fields(parameters))
-    )
+    row = [float(getattr(parameters, field.name)) for field in fields(parameters)]
+    return parameters_in(np.tile(row, (num_slots, 1)))
+
+
+class ParameterTable(ParameterColumns):
+    """Parameters whose columns are those of one table, which compiled code takes as a whole."""
+
+    table: FloatMatrix | None = None
+    """Shape ``(num_slots, 50)``: the columns in their order."""
+
+
+def parameters_in(table: FloatMatrix) -> ParameterColumns:
+    """Return the parameters whose columns are those of a table, as views."""
+    parameters = ParameterTable(*table.T)
+    parameters.table = table
+    return parameters
+
+
+def parameter_table(parameters: ParameterColumns) -> FloatMatrix:
+    """Return the table of parameters, a new one if their columns are not those of a table."""
+    if isinstance(parameters, ParameterTable) and parameters.table is not None:
+        return parameters.table
+    return np.ascontiguousarray(np.array(parameters, np.float64).T)
 
 
 def preset_names() -> tuple[str, ...]:

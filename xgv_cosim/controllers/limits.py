@@ -29,6 +29,10 @@ FALLBACK_STOP_DECEL_MPS2 = 2.5
 """With what a controlled stop brakes whose deceleration is not a positive number (XGV-36's default)."""
 
 
+STRAYED_MPS = 2.0
+"""Distance of speed and reference at which the reference waits for the car (no grip, no power)."""
+
+
 @inlinable
 def clipped(value: float, lower: float, upper: float) -> float:
     """Return ``value`` within ``lower .. upper``; NaN stays NaN."""

@@ -19,46 +19,21 @@ from ruckig import ControlInterface, InputParameter, Ruckig, RuckigError, Synchr
 
 from xgv_cosim.controllers.checking import (
     Profiles,
-    checked_profiles,
-    crossing_slots,
-    profile_axes,
+    check,
+    note_changes,
+    take,
     with_speed_at_rest,
 )
 from xgv_cosim.controllers.profile import advance_profile, advance_speed_profile
-from xgv_cosim.fleet import Motion, Reference, Setpoints
+from xgv_cosim.fleet import Reference, Setpoints, reference_in, reference_table, setpoint_tables
 
 if TYPE_CHECKING:
-    from xgv_cosim.columns import BoolColumn, FloatMatrix
+    from xgv_cosim.columns import BoolColumn, BoolMatrix, FloatBlock, FloatMatrix, UInt8Matrix
 
 logger = logging.getLogger(__name__)
 
 SLOTS_PER_SHARD = 128
-STRAYED_MPS = 2.0
-"""Distance of speed and reference at which the reference waits for the car (no grip, no power)."""
-
-
-def merge_references(
-    generated: Reference, followed: Reference, setpoints: Setpoints, motion: Motion
-) -> Reference:
-    """Return ruckig's reference where an axis follows a profile, and the kernel's elsewhere.
-
-    Where the car cannot keep up, because grip or power lack, the speed reference waits within
-    ``STRAYED_MPS`` of it, so that a later, lower command acts at once.
-
-    Args:
-        generated: From ``ReferenceGenerator.advance`` over the step.
-        followed: From ``kernel.advance`` over the same step.
-        setpoints: Those of the step.
-        motion: At the end of the step.
-    """
-    speed_axis, curvature_axis = profile_axes(setpoints)
-    near = np.clip(generated.speed_mps, motion.speed_mps - STRAYED_MPS, motion.speed_mps + STRAYED_MPS)
-    return Reference(
-        np.where(speed_axis, near, followed.speed_mps),
-        np.where(speed_axis, generated.accel_mps2, followed.accel_mps2),
-        np.where(curvature_axis, generated.curvature_per_m, followed.curvature_per_m),
-        np.where(curvature_axis, generated.curvature_rate_per_m_s, followed.curvature_rate_per_m_s),
-    )
+_VALUE, _RATE, _TARGET = (Profiles._fields.index(name) for name in ("value", "rate", "target"))
 
 
 class ReferenceGenerator:
@@ -70,8 +45,8 @@ class ReferenceGenerator:
 
     def __init__(self) -> None:
         self._shards: list[_Shard] = []
-        self._expected: FloatMatrix = np.empty((0, 0))
-        """What the next call brings if nothing changes, a row for each column of its arguments."""
+        self._expected = _Kept(0)
+        """What the next call brings if nothing changes."""
 
     @property
     def num_calculated(self) -> int:
@@ -100,13 +75,15 @@ class ReferenceGenerator:
             ValueError: The columns differ in length.
         """
         failed = self.look_ahead(reference, setpoints)
-        present = self._expected[: len(reference)]
-        after = np.empty_like(present)
+        return self.go_on(duration_s), failed
+
+    def go_on(self, duration_s: float) -> Reference:
+        """Return the references ``duration_s`` after those that ``look_ahead`` was given."""
+        after = self._expected.reference.copy()
         for shard in self._shards:
-            rows = shard.advance(duration_s)
-            after[:, shard.slots] = np.where(shard.is_governed, rows, present[:, shard.slots])
-        self._expected = np.concatenate([after, self._expected[len(reference) :]])
-        return Reference(*after), failed
+            take(after, shard.is_governed, *shard.advance(duration_s), shard.slots.start)
+        self._expected.reference = after.copy()  # what is returned is the caller's to change
+        return reference_in(after)
 
     def look_ahead(self, reference: Reference, setpoints: Setpoints) -> BoolColumn:
         """Return the slots whose command or state is unusable, before anything moves (XGV-71).
@@ -120,30 +97,39 @@ class ReferenceGenerator:
         Raises:
             ValueError: The columns differ in length.
         """
-        columns = (*reference, *setpoints)
-        num_slots = len(reference.speed_mps)
-        if any(column.shape != (num_slots,) for column in columns):
-            shapes = sorted({column.shape for column in columns})
-            raise ValueError(f"references and setpoints: got columns of shapes {shapes}, expected one shape")
-        given = np.array(columns, np.float64)
-        if self._expected.shape == given.shape:
-            changed = (given != self._expected).any(axis=0)
-        else:
+        table, (numbers, codes) = reference_table(reference), setpoint_tables(setpoints)
+        num_slots = len(table)
+        if len(numbers) != num_slots or len(codes) != num_slots:
+            raise ValueError(
+                f"references and setpoints: {num_slots} and {len(numbers)} slots, expected one shape"
+            )
+        kept = self._expected
+        if len(kept.reference) != num_slots:
             self._shards = _cut_into_shards(num_slots)
-            changed = np.ones(num_slots, np.bool_)
-        stale = [shard for shard in self._shards if shard.is_used_up or changed[shard.slots].any()]
-        if stale:
-            profiles, unusable = checked_profiles(reference, setpoints)
-            speed_axis, curvature_axis = profile_axes(setpoints)
-            is_governed = np.array([speed_axis, speed_axis, curvature_axis, curvature_axis])
-            for shard in stale:
-                part = Profiles(*(column[:, shard.slots] for column in profiles))
-                shard.retarget(part, is_governed[:, shard.slots], unusable[shard.slots])
-        self._expected = given
-        failed = np.zeros(num_slots, np.bool_)
-        for shard in self._shards:
-            failed[shard.slots] = shard.failed
-        return failed
+            self._expected = kept = _Kept(num_slots)
+        for number, shard in enumerate(self._shards):
+            kept.is_stale[number] = kept.is_new or shard.is_used_up
+        kept.is_new = False
+        if note_changes(
+            kept.is_stale, kept.reference, kept.numbers, kept.codes, table, numbers, codes, SLOTS_PER_SHARD
+        ):
+            for number in np.flatnonzero(kept.is_stale).tolist():
+                self._shards[number].retarget(table, numbers, codes)
+        if len(self._shards) == 1:
+            return self._shards[0].failed.copy()
+        return np.concatenate([shard.failed for shard in self._shards] or [np.zeros(0, np.bool_)])
+
+
+class _Kept:
+    """What the generator was given last, the references as far as they have come since."""
+
+    def __init__(self, num_slots: int) -> None:
+        self.reference: FloatMatrix = np.zeros((num_slots, 4))
+        self.numbers: FloatMatrix = np.zeros((num_slots, 11))
+        self.codes: UInt8Matrix = np.zeros((num_slots, 6), np.uint8)
+        self.is_stale: BoolColumn = np.zeros(-(-num_slots // SLOTS_PER_SHARD), np.bool_)
+        """Shape ``(number of shards,)``."""
+        self.is_new = True
 
 
 @dataclass(slots=True)
@@ -154,15 +140,18 @@ class _Shard:
     otg: Ruckig
     given: InputParameter
     trajectory: Trajectory
-    profiles: Profiles
-    """From where the trajectory started."""
-    by_hand: Profiles
+    profiles: FloatBlock
+    """From where the trajectory started, shape ``(6, 2, n)``: the arrays of ``Profiles``."""
+    by_hand: FloatBlock
     """The same, but with the speed profiles that ruckig must not follow through zero."""
     crossing: BoolColumn
     """Which those are."""
-    is_governed: BoolColumn
-    """Shape ``(4, n)``: which rows of the reference the trajectory governs."""
+    is_governed: BoolMatrix
+    """Shape ``(2, n)``: which axes the trajectory governs."""
     failed: BoolColumn
+    limits: FloatBlock
+    """The limits that ruckig was given last, shape ``(3, 2, n)``."""
+    is_crossing: bool = False
     elapsed_s: float = 0.0
     is_valid: bool = False
     num_calculated: int = 0
@@ -173,11 +162,21 @@ class _Shard:
         """Return whether it was advanced without a trajectory, so that it starts anew from where it is."""
         return not self.is_valid and self.elapsed_s > 0.0
 
-    def retarget(self, profiles: Profiles, is_governed: BoolColumn, failed: BoolColumn) -> None:
+    def retarget(self, reference: FloatMatrix, numbers: FloatMatrix, codes: UInt8Matrix) -> None:
         """Calculate the trajectory that starts from the present references."""
-        self.by_hand, self.is_governed, self.failed = profiles, is_governed, failed
-        self.crossing = crossing_slots(profiles)
-        self.profiles = with_speed_at_rest(profiles, self.crossing)
+        self.by_hand = self.profiles = np.empty_like(self.by_hand)
+        self.is_crossing = check(
+            self.by_hand,
+            self.is_governed,
+            self.failed,
+            self.crossing,
+            reference,
+            numbers,
+            codes,
+            self.slots.start,
+        )
+        if self.is_crossing:
+            self.profiles = with_speed_at_rest(self.by_hand, self.crossing)
         self.elapsed_s, self.is_valid = 0.0, False
         self.num_calculated += 1
         try:
@@ -189,34 +188,39 @@ class _Shard:
         else:
             self.is_valid = True
 
-    def advance(self, duration_s: float) -> FloatMatrix:
-        """Return the references after ``duration_s`` more, a row for each column of ``Reference``."""
+    def advance(self, duration_s: float) -> tuple[FloatMatrix, FloatMatrix]:
+        """Return value and rate after ``duration_s`` more, of shape ``(2, n)`` each."""
         self.elapsed_s += duration_s
         if not self.is_valid:
             value, rate = self._by_closed_form(duration_s)
         elif self.elapsed_s >= self.trajectory.duration:
-            value, rate = self.profiles.target.copy(), np.zeros_like(self.profiles.target)
+            value = self.profiles[_TARGET].copy()
+            rate = np.zeros_like(value)
         else:
             _, values, rates = self.trajectory.at_time(self.elapsed_s)
             value, rate = np.array(values).reshape(2, -1), np.array(rates).reshape(2, -1)
-        for slot in np.flatnonzero(self.crossing).tolist():
-            value[0, slot], rate[0, slot] = advance_speed_profile(*_row(self.by_hand, 0, slot), dt=duration_s)
-            self.is_valid = False  # from where that ends, the profile has to be looked at again
-        return np.array([value[0], rate[0], value[1], rate[1]])
+        if self.is_crossing:
+            for slot in np.flatnonzero(self.crossing).tolist():
+                row = _row(self.by_hand, 0, slot)
+                value[0, slot], rate[0, slot] = advance_speed_profile(*row, dt=duration_s)
+                self.is_valid = False  # from where that ends, the profile has to be looked at again
+        return value, rate
 
     def _calculate(self) -> None:
         # ruckig checks no lengths: each list has one number per axis because each array has.
-        profiles, given = self.profiles, self.given
-        given.current_velocity = profiles.value.ravel().tolist()
-        given.current_acceleration = profiles.rate.ravel().tolist()
-        given.target_velocity = profiles.target.ravel().tolist()
-        given.max_acceleration = profiles.rise_limit.ravel().tolist()
-        given.min_acceleration = (-profiles.fall_limit).ravel().tolist()
-        given.max_jerk = profiles.jerk.ravel().tolist()
+        profiles, given = self.profiles.reshape(6, -1), self.given
+        given.current_velocity = profiles[0].tolist()
+        given.current_acceleration = profiles[1].tolist()
+        given.target_velocity = profiles[2].tolist()
+        if not np.array_equal(self.limits, self.profiles[3:]):  # they change seldom
+            given.max_acceleration = profiles[3].tolist()
+            given.min_acceleration = (-profiles[4]).tolist()
+            given.max_jerk = profiles[5].tolist()
+            self.limits = self.profiles[3:].copy()
         self.otg.calculate(given, self.trajectory)
 
     def _by_closed_form(self, duration_s: float) -> tuple[FloatMatrix, FloatMatrix]:
-        value, rate = self.profiles.value.copy(), self.profiles.rate.copy()
+        value, rate = self.profiles[_VALUE].copy(), self.profiles[_RATE].copy()
         for axis, slot in np.ndindex(value.shape):
             row = _row(self.profiles, axis, slot)
             value[axis, slot], rate[axis, slot] = advance_profile(*row, dt=duration_s)
@@ -232,13 +236,13 @@ class _Shard:
         if named is None or int(named.group(1)) >= 2 * num_slots:
             return
         axis, slot = divmod(int(named.group(1)), num_slots)
-        self.profiles.rate[axis, slot] = 0.0
-        self.profiles.target[axis, slot] = self.profiles.value[axis, slot]
+        self.profiles[_RATE, axis, slot] = 0.0
+        self.profiles[_TARGET, axis, slot] = self.profiles[_VALUE, axis, slot]
         self.failed[slot] = True
 
 
-def _row(profiles: Profiles, axis: int, slot: int) -> tuple[float, float, float, float, float, float]:
-    value, rate, target, rise, fall, jerk = (float(column[axis, slot]) for column in profiles)
+def _row(profiles: FloatBlock, axis: int, slot: int) -> tuple[float, float, float, float, float, float]:
+    value, rate, target, rise, fall, jerk = profiles[:, axis, slot].tolist()
     return value, rate, target, rise, fall, jerk
 
 
@@ -251,8 +255,7 @@ def _cut_into_shards(num_slots: int) -> list[_Shard]:
         given = InputParameter(2 * size)
         given.control_interface = ControlInterface.Velocity
         given.synchronization = Synchronization.No
-        rest = Profiles(*(np.zeros((2, size)) for _ in Profiles._fields))
-        nowhere = np.zeros(size, np.bool_)
+        rest = np.zeros((len(Profiles._fields), 2, size))
         # Calculating keeps no state, so shards of one size share what they calculate with.
         otg = calculators.setdefault(2 * size, Ruckig(2 * size))
         shards.append(
@@ -263,9 +266,10 @@ def _cut_into_shards(num_slots: int) -> list[_Shard]:
                 Trajectory(2 * size),
                 rest,
                 rest,
-                nowhere,
-                np.zeros((4, size), np.bool_),
-                nowhere,
+                np.zeros(size, np.bool_),
+                np.zeros((2, size), np.bool_),
+                np.zeros(size, np.bool_),
+                np.zeros((3, 2, size)),
             )
         )
     return shards

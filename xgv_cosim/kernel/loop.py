@@ -48,9 +48,9 @@ from xgv_cosim.plant.longitudinal import (
 from xgv_cosim.plant.pose import advance_pose
 
 if TYPE_CHECKING:
-    from xgv_cosim.fleet import Motion, Reference, Setpoints
+    from xgv_cosim.columns import FloatMatrix, UInt8Column, UInt8Matrix
     from xgv_cosim.kernel.orders import Orders
-    from xgv_cosim.parameters import ParameterColumns, VehicleParameters
+    from xgv_cosim.parameters import VehicleParameters
 
 
 MIN_BRAKE_MPS2 = 1e-3
@@ -230,34 +230,36 @@ def _move(
 
 
 def advance_in_place(
-    motion: Motion,
-    reference: Reference,
-    setpoints: Setpoints,
-    parameters: ParameterColumns,
+    motion: FloatMatrix,
+    gears: UInt8Column,
+    reference: FloatMatrix,
+    numbers: FloatMatrix,
+    codes: UInt8Matrix,
+    parameters: FloatMatrix,
     ticks: int,
     dt: float,
 ) -> None:
-    """Advance every slot by ``ticks`` ticks of ``dt`` seconds, in the columns of motion and reference."""
-    for slot in range(motion.speed_mps.shape[0]):
-        orders, vehicle = orders_of(setpoints, slot), vehicle_of(parameters, slot)
+    """Advance every slot by ``ticks`` ticks of ``dt`` seconds, in the tables of motion and reference.
+
+    Args:
+        motion: As in ``fleet.MotionTable``; written to.
+        gears: ``actuation.Gear`` in effect; written to.
+        reference: As in ``fleet.ReferenceTable``; written to.
+        numbers: As in ``fleet.SetpointTables``.
+        codes: Likewise.
+        parameters: As in ``parameters.ParameterTable``.
+        ticks: Control ticks.
+        dt: Seconds.
+    """
+    for slot in range(motion.shape[0]):
+        orders, vehicle = orders_of(numbers, codes, slot), vehicle_of(parameters, slot)
         lags, road = lags_of(vehicle, dt), road_of(vehicle, orders)
-        x, y, heading = motion.x_m[slot], motion.y_m[slot], motion.heading_rad[slot]
-        speed = motion.speed_mps[slot]
-        accel, curvature, steer = (
-            motion.accel_mps2[slot],
-            motion.curvature_per_m[slot],
-            motion.steer_rad[slot],
-        )
-        throttle, brake = motion.throttle[slot], motion.brake[slot]
-        integral, travelled = motion.speed_error_integral_m[slot], motion.travelled_m[slot]
-        gear, shift = int(motion.gear[slot]), motion.shift_s[slot]
-        limited, free = motion.grip_limited_s[slot], motion.grip_free_s[slot]
-        wanted = _Wanted(
-            reference.speed_mps[slot],
-            reference.accel_mps2[slot],
-            reference.curvature_per_m[slot],
-            reference.curvature_rate_per_m_s[slot],
-        )
+        row = motion[slot]
+        x, y, heading, speed, accel, curvature, steer = row[0], row[1], row[2], row[3], row[4], row[5], row[6]
+        throttle, brake, integral, travelled = row[7], row[8], row[9], row[10]
+        shift, limited, free = row[11], row[12], row[13]
+        gear, follows = int(gears[slot]), reference[slot]
+        wanted = _Wanted(follows[0], follows[1], follows[2], follows[3])
         wanted = _follow(orders, vehicle, wanted, speed, accel, steer)
         for _ in range(ticks):
             wanted = _advance_reference(orders, wanted, dt)
@@ -307,13 +309,9 @@ def advance_in_place(
             travelled += after.distance_m
             limited, free = advance_grip_s(limited, free, after.is_grip_limited, dt)
             wanted = _follow(orders, vehicle, wanted, speed, accel, steer)
-        motion.x_m[slot], motion.y_m[slot], motion.heading_rad[slot] = x, y, heading
-        motion.speed_mps[slot], motion.accel_mps2[slot] = speed, accel
-        motion.curvature_per_m[slot], motion.steer_rad[slot] = curvature, steer
-        motion.throttle[slot], motion.brake[slot] = throttle, brake
-        motion.speed_error_integral_m[slot], motion.travelled_m[slot] = integral, travelled
-        motion.gear[slot], motion.shift_s[slot] = gear, shift
-        motion.grip_limited_s[slot], motion.grip_free_s[slot] = limited, free
-        reference.speed_mps[slot], reference.accel_mps2[slot] = wanted.speed_mps, wanted.accel_mps2
-        reference.curvature_per_m[slot] = wanted.curvature_per_m
-        reference.curvature_rate_per_m_s[slot] = wanted.rate_per_m_s
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6] = x, y, heading, speed, accel, curvature, steer
+        row[7], row[8], row[9], row[10] = throttle, brake, integral, travelled
+        row[11], row[12], row[13] = shift, limited, free
+        gears[slot] = gear
+        follows[0], follows[1] = wanted.speed_mps, wanted.accel_mps2
+        follows[2], follows[3] = wanted.curvature_per_m, wanted.rate_per_m_s

@@ -21,7 +21,7 @@ from xgv_cosim.controllers.limits import (
 from xgv_cosim.jit import inlinable
 
 if TYPE_CHECKING:
-    from xgv_cosim.fleet import Setpoints
+    from xgv_cosim.columns import FloatMatrix, UInt8Matrix
 
 
 _BRAKE, _STEERING = int(LostFunction.BRAKE), int(LostFunction.STEERING)
@@ -71,48 +71,55 @@ class Orders(NamedTuple):
 
 
 @inlinable
-def orders_of(setpoints: Setpoints, slot: int) -> Orders:
-    """Return the orders of a slot; bad numbers become a held reference, a released pedal, a still wheel."""
-    longitudinal, lateral = int(setpoints.longitudinal[slot]), int(setpoints.lateral[slot])
-    authority, lost = setpoints.brake_authority[slot], int(setpoints.lost_functions[slot])
+def orders_of(numbers: FloatMatrix, codes: UInt8Matrix, slot: int) -> Orders:
+    """Return the orders of a slot; bad numbers become a held reference, a released pedal, a still wheel.
+
+    Args:
+        numbers: As in ``fleet.SetpointTables``.
+        codes: Likewise.
+        slot: Whose orders.
+    """
+    speed_mps, rise, fall, jerk, curvature, rate, rate_jerk, throttle, brake, steer, authority = _row(
+        numbers, slot
+    )
+    longitudinal, lateral, gear, engine_on = codes[slot, 0], codes[slot, 1], codes[slot, 2], codes[slot, 3]
+    parking_brake, lost = codes[slot, 4], int(codes[slot, 5])
     is_stopping = longitudinal == Longitudinal.CONTROLLED_STOP
     return Orders(
-        longitudinal,
-        lateral,
+        int(longitudinal),
+        int(lateral),
         longitudinal == Longitudinal.CLOSED_LOOP or is_stopping,
         lateral == Lateral.CLOSED_LOOP,
-        _stop_profile(setpoints.decel_limit_mps2[slot])
+        _stop_profile(fall)
         if is_stopping
-        else _profile(
-            setpoints.target_speed_mps[slot],
-            setpoints.accel_limit_mps2[slot],
-            setpoints.decel_limit_mps2[slot],
-            setpoints.jerk_limit_mps3[slot],
-            MAX_SPEED_MPS,
-            MIN_ACCEL_MPS2,
-            MAX_ACCEL_MPS2,
-        ),
+        else _profile(speed_mps, rise, fall, jerk, MAX_SPEED_MPS, MIN_ACCEL_MPS2, MAX_ACCEL_MPS2),
         _profile(
-            setpoints.target_curvature_per_m[slot],
-            setpoints.curvature_rate_limit_per_m_s[slot],
-            setpoints.curvature_rate_limit_per_m_s[slot],
-            setpoints.curvature_jerk_limit_per_m_s2[slot],
+            curvature,
+            rate,
+            rate,
+            rate_jerk,
             MAX_CURVATURE_PER_M,
             MIN_CURVATURE_RATE_PER_M_S,
             MAX_CURVATURE_RATE_PER_M_S,
         ),
-        _effort(setpoints.throttle[slot]),
-        _effort(setpoints.brake[slot]),
-        setpoints.steer_rad[slot] if math.isfinite(setpoints.steer_rad[slot]) else math.nan,
-        int(setpoints.gear_wanted[slot]),
-        bool(setpoints.engine_on[slot]),
-        bool(setpoints.parking_brake[slot]),
+        _effort(throttle),
+        _effort(brake),
+        steer if math.isfinite(steer) else math.nan,
+        int(gear),
+        bool(engine_on),
+        bool(parking_brake),
         clipped(authority, 0.0, 1.0) if math.isfinite(authority) else 1.0,
         lost & _BRAKE == 0,
         lost & _STEERING == 0,
         lost & _THROTTLE == 0,
         lost & _SPEED_FEEDBACK == 0,
     )
+
+
+@inlinable
+def _row(numbers: FloatMatrix, slot: int) -> tuple[float, ...]:
+    row = numbers[slot]
+    return row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10]
 
 
 @inlinable

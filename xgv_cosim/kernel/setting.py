@@ -10,10 +10,11 @@ from xgv_cosim.commands import CommandKind
 from xgv_cosim.controllers.limits import clipped
 from xgv_cosim.controllers.speed import STANDSTILL_MPS
 from xgv_cosim.jit import inlinable
+from xgv_cosim.kernel.vehicle import vehicle_of
 from xgv_cosim.plant.gearbox import gear_direction
 
 if TYPE_CHECKING:
-    from xgv_cosim.columns import BoolColumn, FloatColumn, FloatMatrix, UInt8Column
+    from xgv_cosim.columns import BoolColumn, FloatColumn, FloatMatrix, UInt8Column, UInt8Matrix
 
 _DRIVE, _REVERSE = int(Gear.DRIVE), int(Gear.REVERSE)
 
@@ -43,15 +44,19 @@ def gear_to_select(longitudinal: int, gear: int, gear_wanted: int, commanded_mps
 
 def set_points_in_place(
     numbers: FloatMatrix,
-    gears: UInt8Column,
+    codes: UInt8Matrix,
+    motion: FloatMatrix,
+    reference: FloatMatrix,
+    parameters: FloatMatrix,
     longitudinal: UInt8Column,
+    lateral: UInt8Column,
+    gear: UInt8Column,
+    gear_wanted: UInt8Column,
+    lost_functions: UInt8Column,
     frozen: BoolColumn,
     engine_on: BoolColumn,
+    parking_brake: BoolColumn,
     centres_without_command: BoolColumn,
-    gear_wanted: UInt8Column,
-    gear: UInt8Column,
-    speed_mps: FloatColumn,
-    curvature_reference_per_m: FloatColumn,
     stop_decel_mps2: FloatColumn,
     stop_hold_brake: FloatColumn,
     brake_share_without_engine: FloatColumn,
@@ -66,41 +71,39 @@ def set_points_in_place(
     commanded_throttle: FloatColumn,
     commanded_brake: FloatColumn,
     commanded_steering: FloatColumn,
-    max_curvature_per_m: FloatColumn,
-    max_curvature_rate_per_m_s: FloatColumn,
-    max_jerk_mps3: FloatColumn,
-    max_steer_rad: FloatColumn,
 ) -> None:
-    """Write the setpoints that are not simply a column of the fleet, see ``simulation.setpoints``.
+    """Write the setpoints of every slot, see ``simulation.setpoints.setpoints_of``.
 
-    The rows of ``numbers``, shape ``(9, num_slots)``, are target speed, limit of deceleration, limit of jerk,
-    target curvature, limit of its rate, throttle, brake, angle of the road wheels, brake authority; ``gears``
-    is the gear to which each selector is to go. All that follow are columns of the fleet.
+    ``numbers`` and ``codes`` are as in ``fleet.SetpointTables``; ``motion``, ``reference`` and ``parameters``
+    are tables too, and all that follow columns of the fleet.
     """
-    for slot in range(gears.shape[0]):
-        mode, is_frozen, speed = longitudinal[slot], frozen[slot], commanded_mps[slot]
+    for slot in range(codes.shape[0]):
+        vehicle, row, mode = vehicle_of(parameters, slot), numbers[slot], longitudinal[slot]
+        is_frozen, speed, curvature = frozen[slot], commanded_mps[slot], reference[slot, 2]
         stops = mode == Longitudinal.CONTROLLED_STOP
-        drives = drives_as_commanded(gear[slot], speed, speed_mps[slot])
-        numbers[0, slot] = 0.0 if stops or not drives else speed
-        numbers[1, slot] = stop_decel_mps2[slot] if stops else accel_limit_mps2[slot]
-        numbers[2, slot] = math.inf if stops else max_jerk_mps3[slot]
+        drives = drives_as_commanded(gear[slot], speed, motion[slot, 3])
+        row[0] = 0.0 if stops or not drives else speed
+        row[1] = accel_limit_mps2[slot]
+        row[2] = stop_decel_mps2[slot] if stops else accel_limit_mps2[slot]
+        row[3] = math.inf if stops else vehicle.max_jerk_mps3
         if command_kind[slot] == CommandKind.MOTION_PROFILE:
-            most = max_curvature_per_m[slot]
-            numbers[3, slot] = clipped(commanded_per_m[slot], -most, most)
-            numbers[4, slot] = commanded_rate_per_m_s[slot]
+            most = vehicle.max_curvature_per_m
+            row[4] = clipped(commanded_per_m[slot], -most, most)
+            row[5] = commanded_rate_per_m_s[slot]
         else:
-            numbers[3, slot] = 0.0 if centres_without_command[slot] else curvature_reference_per_m[slot]
-            numbers[4, slot] = max_curvature_rate_per_m_s[slot]
+            row[4] = 0.0 if centres_without_command[slot] else curvature
+            row[5] = vehicle.max_curvature_rate_per_m_s
+        row[6] = vehicle.max_curvature_jerk_per_m_s2
         # A throttle that drove on in the old gear would keep standstill, and so the shift, from coming.
         turns = gear_direction(gear[slot]) != gear_direction(gear_wanted[slot])
         throttle = 0.0 if turns else commanded_throttle[slot]
-        numbers[5, slot] = held_throttle[slot] if is_frozen else throttle
+        row[7] = held_throttle[slot] if is_frozen else throttle
         if mode == Longitudinal.OPEN_LOOP:
-            numbers[6, slot] = held_brake[slot] if is_frozen else commanded_brake[slot]
+            row[8] = held_brake[slot] if is_frozen else commanded_brake[slot]
         else:
-            numbers[6, slot] = stop_hold_brake[slot]
-        numbers[7, slot] = (
-            held_steer_rad[slot] if is_frozen else commanded_steering[slot] * max_steer_rad[slot]
-        )
-        numbers[8, slot] = 1.0 if engine_on[slot] else brake_share_without_engine[slot]
-        gears[slot] = gear_to_select(mode, gear[slot], gear_wanted[slot], speed)
+            row[8] = stop_hold_brake[slot]
+        row[9] = held_steer_rad[slot] if is_frozen else commanded_steering[slot] * vehicle.max_steer_rad
+        row[10] = 1.0 if engine_on[slot] else brake_share_without_engine[slot]
+        codes[slot, 0], codes[slot, 1], codes[slot, 5] = mode, lateral[slot], lost_functions[slot]
+        codes[slot, 2] = gear_to_select(mode, gear[slot], gear_wanted[slot], speed)
+        codes[slot, 3], codes[slot, 4] = engine_on[slot], parking_brake[slot]

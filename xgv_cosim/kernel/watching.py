@@ -8,16 +8,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal
+from xgv_cosim.kernel.vehicle import vehicle_of
 
 if TYPE_CHECKING:
-    from xgv_cosim.columns import BoolColumn, FloatColumn, UInt8Column, UInt16Column, WordMatrix
+    from xgv_cosim.columns import BoolColumn, FloatColumn, FloatMatrix, UInt8Column, UInt16Column, WordMatrix
 
 _ROUNDING_S = 1e-9
 
 
 def note_inputs_in_place(
     seen: WordMatrix,
+    motion: FloatMatrix,
+    parameters: FloatMatrix,
     safety_devices: UInt16Column,
     control_mode: UInt8Column,
     ready_mode: UInt8Column,
@@ -34,13 +39,9 @@ def note_inputs_in_place(
     handed_over: BoolColumn,
     engine_on: BoolColumn,
     parking_brake: BoolColumn,
-    speed_mps: FloatColumn,
-    brake: FloatColumn,
     commanded_mps: FloatColumn,
     commanded_throttle: FloatColumn,
     commanded_brake: FloatColumn,
-    shift_speed_mps: FloatColumn,
-    shift_brake: FloatColumn,
     reaction_s: FloatColumn,
     speed_released_s: FloatColumn,
     steering_released_s: FloatColumn,
@@ -48,17 +49,18 @@ def note_inputs_in_place(
 ) -> bool:
     """Write the words of every slot into ``seen``, shape ``(2, num_slots)``; return whether any is another.
 
-    The last three columns and ``now_s`` count as one bit for each axis: whether a rider who reacts has it
+    ``motion`` and ``parameters`` are tables, all that follow columns of the fleet; the last three of these
+    and ``now_s`` count as one bit for each axis: whether a rider who reacts has it
     by now (XGV-64). Speeds and efforts count as what they are compared with (XGV-36, XGV-60, XGV-70).
     """
     changed = False
     for slot in range(seen.shape[1]):
-        speed = speed_mps[slot]
+        vehicle, speed, brake = vehicle_of(parameters, slot), motion[slot, 3], motion[slot, 8]
         flags = int(frozen[slot]) | int(handed_over[slot]) << 1 | int(engine_on[slot]) << 2
         flags |= int(parking_brake[slot]) << 3 | int(speed > 0.0) << 4 | int(speed < 0.0) << 5
         flags |= int(commanded_mps[slot] != 0.0) << 6 | int(commanded_throttle[slot] > 0.0) << 7
-        flags |= int(abs(speed) >= shift_speed_mps[slot]) << 8
-        flags |= int(max(commanded_brake[slot], brake[slot]) <= shift_brake[slot]) << 9
+        flags |= int(abs(speed) >= vehicle.shift_speed_mps) << 8
+        flags |= int(max(commanded_brake[slot], brake) <= vehicle.shift_brake) << 9
         if driver[slot] == Driver.RIDER:
             reacted_s = now_s - reaction_s[slot] + _ROUNDING_S
             waits = longitudinal[slot] == Longitudinal.FREE
@@ -70,7 +72,9 @@ def note_inputs_in_place(
         inputs |= int(command_kind[slot]) << 48 | int(driver[slot]) << 52 | int(lost_functions[slot]) << 56
         outputs = int(longitudinal[slot]) | int(lateral[slot]) << 8 | int(gear_wanted[slot]) << 16
         outputs |= int(gear[slot]) << 24 | flags << 32
-        if seen[0, slot] != inputs or seen[1, slot] != outputs:
-            seen[0, slot], seen[1, slot] = inputs, outputs
+        # The compiler has them unsigned, and would compare signed with unsigned as floats, without low bits.
+        first, second = np.int64(inputs), np.int64(outputs)
+        if seen[0, slot] != first or seen[1, slot] != second:
+            seen[0, slot], seen[1, slot] = first, second
             changed = True
     return changed

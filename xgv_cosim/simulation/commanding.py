@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from jaus.address import JausAddress
+from xgv_cosim import kernel
 from xgv_cosim.clock import tick_at_or_after
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.commands import CommandColumns, CommandKind, MotionProfile, WrenchEffort
@@ -80,11 +81,12 @@ def meet_deadlines(state: RunState) -> None:
     """Let endpoints do what is due at this tick, and end commands that have expired (XGV-43)."""
     _deliver_due(state)
     fleet = state.fleet
-    due = (fleet.command.expires_s <= state.now_s + 1e-9) & ~fleet.frozen
-    for slot in np.flatnonzero(due).tolist():
-        vehicle = state.vehicles[str(fleet.ids[slot])]
-        clear_command(fleet.command, slot)
-        handle(state, vehicle, vehicle.endpoint.command_expired(state.now_s))
+    if next_expiry_s(state) <= state.now_s + 1e-9:
+        due = (fleet.command.expires_s <= state.now_s + 1e-9) & ~fleet.frozen
+        for slot in np.flatnonzero(due).tolist():
+            vehicle = state.vehicles[str(fleet.ids[slot])]
+            clear_command(fleet.command, slot)
+            handle(state, vehicle, vehicle.endpoint.command_expired(state.now_s))
     for vehicle in state.alarms.due(state.now_s):
         if vehicle.is_computing and vehicle.endpoint.next_deadline_s <= state.now_s + 1e-9:
             handle(state, vehicle, vehicle.endpoint.handle_deadline(state.now_s))
@@ -92,7 +94,7 @@ def meet_deadlines(state: RunState) -> None:
 
 def next_expiry_s(state: RunState) -> float:
     """Return when the next command expires; the clock of a frozen controller stands still (XGV-67)."""
-    return float(np.where(state.fleet.frozen, np.inf, state.fleet.command.expires_s).min())
+    return kernel.next_expiry(state.fleet.command.expires_s, state.fleet.frozen)
 
 
 def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) -> None:

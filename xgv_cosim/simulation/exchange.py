@@ -6,17 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from xgv_cosim.actuation import Lateral, Longitudinal
+from xgv_cosim import kernel
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
-from xgv_cosim.fleet import Fleet, Motion, copied_motion
-from xgv_cosim.parameters import ParameterColumns
+from xgv_cosim.fleet import Fleet, Motion, copied_motion, motion_table
+from xgv_cosim.parameters import ParameterColumns, parameter_table
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.worlds.base import Placement
 
 HEADING_EASE_S = 0.5
 """Time in which the step in heading at a hand-over falls to 1/e."""
-_SHORTEST_ARC_M = 0.2
-"""Below this the change of heading of one step says nothing about curvature."""
 
 
 def front_distance_m(parameters: ParameterColumns) -> FloatColumn:
@@ -35,26 +33,24 @@ def also_computers(fleet: Fleet, so_far: tuple[BoolColumn, BoolColumn]) -> tuple
     An axis that is the computer's in any part of the step is placed by the plant, so that an edge
     inside the step acts on its own tick (XGV-71); the world's driver has only what is his throughout.
     """
-    speed, steering = so_far
-    return (
-        speed | (fleet.longitudinal != Longitudinal.DRIVER),
-        steering | (fleet.lateral != Lateral.DRIVER),
-    )
+    kernel.own(*so_far, fleet.longitudinal, fleet.lateral)
+    return so_far
 
 
 def placement_of(fleet: Fleet, computer_speed: BoolColumn, computer_steering: BoolColumn) -> Placement:
     """Return where the plant puts the bound vehicles; the axis owners are those of the step."""
-    slots, motion, reach = fleet.bound, fleet.motion, front_distance_m(fleet.parameters)
-    return Placement(
-        ids=fleet.bound_ids,
-        front_x_m=(motion.x_m + reach * np.cos(motion.heading_rad))[slots],
-        front_y_m=(motion.y_m + reach * np.sin(motion.heading_rad))[slots],
-        heading_rad=motion.heading_rad[slots],
-        speed_mps=motion.speed_mps[slots],
-        travelled_m=motion.travelled_m[slots],
-        computer_speed=computer_speed[slots],
-        computer_steering=computer_steering[slots],
+    slots = fleet.bound
+    placed, owned = np.empty((5, slots.size)), np.empty((2, slots.size), np.bool_)
+    kernel.place(
+        placed,
+        owned,
+        slots,
+        motion_table(fleet.motion),
+        parameter_table(fleet.parameters),
+        computer_speed,
+        computer_steering,
     )
+    return Placement(fleet.bound_ids, *placed, *owned)
 
 
 def moved_by_world(
@@ -89,6 +85,8 @@ def heading_ease(
         steered: Over all slots: the world's driver had the steering throughout the step.
         step_s: World step.
     """
+    if not steered.any():
+        return np.zeros(fleet.num_slots)
     ease = np.where(steered, fleet.heading_ease_rad * np.exp(-step_s / HEADING_EASE_S), 0.0)
     taken = steered[slots] & ~fleet.driver_steered[slots]
     turned = fleet.motion.heading_rad[slots] - snapshot.of("heading_rad", rows)
@@ -119,37 +117,25 @@ def adopt(
         computer_steering: Over all slots, as placed.
         before: The motion at the start of the step.
     """
-    motion = copied_motion(fleet.motion)
+    seen = np.zeros((5, slots.size))
+    seen[0], seen[1] = snapshot.of("front_x_m", rows), snapshot.of("front_y_m", rows)
     drives, steers = ~computer_speed[slots], ~computer_steering[slots]
-    by_speed, by_steering = slots[drives], slots[steers]
-    motion.heading_rad[by_steering] = (
-        snapshot.of("heading_rad", rows[steers]) + fleet.heading_ease_rad[by_steering]
-    )
-    motion.speed_mps[by_speed] = snapshot.of("speed_mps", rows[drives])
-    motion.accel_mps2[by_speed] = snapshot.of("accel_mps2", rows[drives])
-    motion.speed_error_integral_m[by_speed] = 0.0
-    reach = front_distance_m(fleet.parameters)[slots]
-    motion.x_m[slots] = snapshot.of("front_x_m", rows) - reach * np.cos(motion.heading_rad[slots])
-    motion.y_m[slots] = snapshot.of("front_y_m", rows) - reach * np.sin(motion.heading_rad[slots])
-    east, north = motion.x_m - before.x_m, motion.y_m - before.y_m
-    forward = east * np.cos(motion.heading_rad) + north * np.sin(motion.heading_rad)
-    motion.travelled_m[by_speed] = forward[by_speed]
-    curvature = _driven_curvature(motion, before.heading_rad)[by_steering]
-    motion.curvature_per_m[by_steering] = curvature
-    speed = motion.speed_mps[by_steering]
-    understeer = fleet.parameters.understeer_rad_s2_per_m[by_steering] * speed * speed
-    # The angle that the plant's steady state gives this curvature, as closed loop will take it over.
-    motion.steer_rad[by_steering] = np.arctan(
-        curvature * (fleet.parameters.wheelbase_m[by_steering] + understeer)
+    if steers.any():
+        seen[2, steers] = snapshot.of("heading_rad", rows[steers]) + fleet.heading_ease_rad[slots[steers]]
+    if drives.any():
+        seen[3, drives] = snapshot.of("speed_mps", rows[drives])
+        seen[4, drives] = snapshot.of("accel_mps2", rows[drives])
+    motion = copied_motion(fleet.motion)
+    kernel.adopt(
+        motion_table(motion),
+        motion_table(before),
+        parameter_table(fleet.parameters),
+        slots,
+        computer_speed,
+        computer_steering,
+        seen,
     )
     return motion
-
-
-def _driven_curvature(motion: Motion, heading_before_rad: FloatColumn) -> FloatColumn:
-    """Return the mean curvature of the step from its change of heading; 0 where the car hardly moved."""
-    turned = np.remainder(motion.heading_rad - heading_before_rad + np.pi, 2.0 * np.pi) - np.pi
-    moved = np.abs(motion.travelled_m) > _SHORTEST_ARC_M
-    return np.where(moved, turned / np.where(moved, motion.travelled_m, 1.0), 0.0)
 
 
 def rows_of(snapshot: Snapshot, vehicle_ids: Sequence[str]) -> IntColumn:

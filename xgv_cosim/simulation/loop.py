@@ -9,12 +9,11 @@ from typing import Self
 import numpy as np
 
 from xgv_cosim import kernel
-from xgv_cosim.actuation import Longitudinal
 from xgv_cosim.clock import Clock, time_of_tick_s
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
-from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
+from xgv_cosim.controllers.references import ReferenceGenerator
 from xgv_cosim.errors import ScenarioError, WorldError
-from xgv_cosim.fleet import Fleet, Motion, Setpoints
+from xgv_cosim.fleet import Fleet, Motion, Setpoints, copied_motion
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
     commanding,
@@ -156,7 +155,8 @@ class Simulation:
         state, fleet, clock = self.state, self.fleet, self.state.clock
         tick, end = clock.tick, clock.tick + clock.ticks_per_step
         before = fleet.motion
-        fleet.motion = fleet.motion._replace(travelled_m=np.zeros(fleet.num_slots))
+        fleet.motion = copied_motion(before)
+        fleet.motion.travelled_m[:] = 0.0
         requests.apply_requests(state)
         lifecycle.apply_couplings(state, self.world)
         crash.hold_released(state, self.world, self.snapshot)
@@ -172,6 +172,7 @@ class Simulation:
             if reporting.note_failed_references(state, failed):
                 self._resolve_modes()
                 wanted = setpoints.setpoints_of(fleet)
+                self._references.look_ahead(fleet.reference, wanted)
             by_computer = exchange.also_computers(fleet, by_computer)
             until = shifting.next_engagement(fleet, wanted, tick, requests.next_edge(state, tick, end))
             self._advance_motion(wanted, until)
@@ -258,17 +259,19 @@ class Simulation:
         """
         fleet, clock = self.fleet, self.state.clock
         ticks = until - clock.tick
-        limited, _ = self._references.advance(fleet.reference, wanted, time_of_tick_s(ticks))
-        motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
-        by_driver = np.where(fleet.longitudinal == Longitudinal.DRIVER, motion.gear, fleet.motion.gear)
-        drivetrain.note_gears(self.state, fleet.motion.gear, by_driver)
-        motion = crash.held(self.state, fleet.motion, motion)
-        fleet.motion = motion
-        grip.note(self.state, ticks)
-        fleet.gear_wanted = setpoints.gear_kept(fleet)
-        fleet.reference = merge_references(limited, followed, wanted, motion)
+        limited = self._references.go_on(time_of_tick_s(ticks))
+        before = fleet.motion
+        motion, followed = kernel.advance(before, fleet.reference, wanted, fleet.parameters, ticks)
+        motion = crash.held(self.state, before, motion)
+        driven = kernel.settled(before, motion, followed, limited, wanted, fleet.gear_wanted, ticks)
+        if driven.gears_changed:
+            drivetrain.note_gears(self.state, before.gear, driven.gear_by_driver)
+        fleet.motion, fleet.reference, fleet.gear_wanted = motion, driven.reference, driven.gear_wanted
+        if driven.grip_changed:
+            grip.note(self.state, ticks)
         clock.tick = until
-        drivetrain.note_gears(self.state, by_driver, motion.gear)
+        if driven.gears_changed:
+            drivetrain.note_gears(self.state, driven.gear_by_driver, motion.gear)
 
     def _adopt(
         self,

@@ -10,7 +10,8 @@ import numpy as np
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal, LostFunction
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, WordMatrix
-from xgv_cosim.fleet import Fleet, HeldOutputs
+from xgv_cosim.fleet import Fleet, HeldOutputs, motion_table
+from xgv_cosim.parameters import parameter_table
 from xgv_cosim.vehicles.base import ModeInputs, Resolution, VehicleProfile
 
 
@@ -30,9 +31,11 @@ def has_changed(fleet: Fleet, seen: WordMatrix, now_s: float) -> bool:
 
     Not in it is what changes only with a call that touches the vehicle (``alarms``).
     """
-    command, motion, limits = fleet.command, fleet.motion, fleet.parameters
+    command = fleet.command
     return kernel.note_inputs(
         seen,
+        motion_table(fleet.motion),
+        parameter_table(fleet.parameters),
         fleet.safety_devices,
         fleet.control_mode,
         fleet.ready_mode,
@@ -43,19 +46,15 @@ def has_changed(fleet: Fleet, seen: WordMatrix, now_s: float) -> bool:
         fleet.longitudinal,
         fleet.lateral,
         fleet.gear_wanted,
-        motion.gear,
+        fleet.motion.gear,
         fleet.driver,
         fleet.frozen,
         fleet.handed_over,
         fleet.engine_on,
         fleet.parking_brake,
-        motion.speed_mps,
-        motion.brake,
         command.speed_mps,
         command.throttle,
         command.brake,
-        limits.shift_speed_mps,
-        limits.shift_brake,
         fleet.driver_reaction_s,
         fleet.speed_released_s,
         fleet.steering_released_s,
@@ -169,7 +168,11 @@ def take_axes(fleet: Fleet, answer: Resolution, now_s: float) -> AxisModes:
 
 def next_take_over_s(fleet: Fleet) -> float:
     """Return when the next rider takes an axis that nobody has, ``inf`` if none will (XGV-64)."""
-    waits = fleet.driver == Driver.RIDER
-    speed = np.where(waits & (fleet.longitudinal == Longitudinal.FREE), fleet.speed_released_s, np.inf)
-    steering = np.where(waits & (fleet.lateral == Lateral.FREE), fleet.steering_released_s, np.inf)
-    return float(np.min(np.minimum(speed, steering) + fleet.driver_reaction_s))
+    return kernel.next_take_over(
+        fleet.driver,
+        fleet.driver_reaction_s,
+        fleet.longitudinal,
+        fleet.lateral,
+        fleet.speed_released_s,
+        fleet.steering_released_s,
+    )

@@ -7,8 +7,8 @@ import numpy as np
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Gear, Longitudinal
 from xgv_cosim.columns import BoolColumn, UInt8Column
-from xgv_cosim.fleet import Fleet, Motion, Reference, Setpoints
-from xgv_cosim.parameters import ParameterColumns
+from xgv_cosim.fleet import Fleet, Motion, Reference, Setpoints, motion_table, reference_table, setpoints_in
+from xgv_cosim.parameters import ParameterColumns, parameter_table
 from xgv_cosim.plant.gearbox import gear_direction
 
 _DIRECTIONS = np.array([gear_direction(gear) for gear in Gear])
@@ -29,19 +29,23 @@ def setpoints_of(fleet: Fleet) -> Setpoints:
     target is standstill: the reference never crosses zero without the gear (XGV-70). A pause leaves the
     gear where it is (XGV-36).
     """
-    command, held, limits = fleet.command, fleet.held, fleet.parameters
-    numbers, gears = np.empty((9, fleet.num_slots)), np.empty(fleet.num_slots, np.uint8)
+    command, held = fleet.command, fleet.held
+    numbers, codes = np.empty((fleet.num_slots, 11)), np.empty((fleet.num_slots, 6), np.uint8)
     kernel.set_points(
         numbers,
-        gears,
+        codes,
+        motion_table(fleet.motion),
+        reference_table(fleet.reference),
+        parameter_table(fleet.parameters),
         fleet.longitudinal,
+        fleet.lateral,
+        fleet.motion.gear,
+        fleet.gear_wanted,
+        fleet.lost_functions,
         fleet.frozen,
         fleet.engine_on,
+        fleet.parking_brake,
         fleet.centres_without_command,
-        fleet.gear_wanted,
-        fleet.motion.gear,
-        fleet.motion.speed_mps,
-        fleet.reference.curvature_per_m,
         fleet.stop_decel_mps2,
         fleet.stop_hold_brake,
         fleet.brake_share_without_engine,
@@ -56,43 +60,14 @@ def setpoints_of(fleet: Fleet) -> Setpoints:
         command.throttle,
         command.brake,
         command.steering,
-        limits.max_curvature_per_m,
-        limits.max_curvature_rate_per_m_s,
-        limits.max_jerk_mps3,
-        limits.max_steer_rad,
     )
-    speed_mps, decel_mps2, jerk_mps3, curvature, rate, throttle, brake, steer_rad, authority = numbers
-    return Setpoints(
-        longitudinal=fleet.longitudinal,
-        lateral=fleet.lateral,
-        target_speed_mps=speed_mps,
-        accel_limit_mps2=command.max_accel_mps2,
-        decel_limit_mps2=decel_mps2,
-        jerk_limit_mps3=jerk_mps3,
-        target_curvature_per_m=curvature,
-        curvature_rate_limit_per_m_s=rate,
-        curvature_jerk_limit_per_m_s2=limits.max_curvature_jerk_per_m_s2,
-        throttle=throttle,
-        brake=brake,
-        steer_rad=steer_rad,
-        gear_wanted=gears,
-        engine_on=fleet.engine_on,
-        parking_brake=fleet.parking_brake,
-        brake_authority=authority,
-        lost_functions=fleet.lost_functions,
-    )
+    return setpoints_in(numbers, codes)
 
 
 def turns(gear: UInt8Column | np.uint8, wanted: UInt8Column | np.uint8) -> BoolColumn:
     """Return where a change of gear is one of direction; neutral and park drive nowhere."""
     changes: BoolColumn = _DIRECTIONS[gear] != _DIRECTIONS[wanted]
     return changes
-
-
-def gear_kept(fleet: Fleet) -> UInt8Column:
-    """Return the gear that wrench efforts go on with: the one that closed loop or driver have left in."""
-    others = (fleet.longitudinal == Longitudinal.CLOSED_LOOP) | (fleet.longitudinal == Longitudinal.DRIVER)
-    return np.where(others, fleet.motion.gear, fleet.gear_wanted)
 
 
 def started_by_driver(fleet: Fleet, longitudinal: UInt8Column) -> BoolColumn:

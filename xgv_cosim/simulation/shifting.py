@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from xgv_cosim.actuation import Longitudinal
+from xgv_cosim import kernel
 from xgv_cosim.clock import CONTROL_TICK_S
-from xgv_cosim.fleet import Fleet, Setpoints
+from xgv_cosim.fleet import Fleet, Setpoints, motion_table, setpoint_tables
+from xgv_cosim.parameters import parameter_table
 
 _ROUNDING_TICKS = 1e-6
 """The time under way is a sum of ticks; one this near to a whole tick is that tick."""
@@ -26,10 +25,13 @@ def next_engagement(fleet: Fleet, wanted: Setpoints, tick: int, end: int) -> int
         tick: The present tick.
         end: Where the segment ends otherwise.
     """
-    shifts = (wanted.gear_wanted != fleet.motion.gear) & (wanted.longitudinal != Longitudinal.DRIVER)
-    if not shifts.any():
+    takes_s = kernel.next_engagement(
+        setpoint_tables(wanted)[1],
+        fleet.motion.gear,
+        motion_table(fleet.motion),
+        parameter_table(fleet.parameters),
+    )
+    if math.isinf(takes_s):
         return end
-    limits = fleet.parameters
-    takes_s = limits.shift_standstill_s + limits.shift_delay_s - fleet.motion.shift_s
-    ticks = math.ceil(float(np.min(takes_s[shifts])) / CONTROL_TICK_S - _ROUNDING_TICKS)
+    ticks = math.ceil(takes_s / CONTROL_TICK_S - _ROUNDING_TICKS)
     return min(end, tick + max(1, ticks))

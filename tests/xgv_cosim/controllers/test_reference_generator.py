@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.xgv_cosim.kernel.fleets import at_rest, driving, random_fleet, setpoints
+from tests.xgv_cosim.kernel.fleets import at_rest, driving, merged, random_fleet, setpoints
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Lateral, Longitudinal
-from xgv_cosim.controllers.references import ReferenceGenerator, merge_references, profile_axes
+from xgv_cosim.controllers.checking import profile_axes
+from xgv_cosim.controllers.references import ReferenceGenerator
 from xgv_cosim.fleet import Reference, Setpoints
 
 
@@ -313,10 +314,10 @@ def test_columns_of_different_length_are_refused() -> None:
 def test_the_reference_waits_for_a_car_that_cannot_keep_up() -> None:
     motion, followed = driving(20.0)
     _, generated = driving(26.0)
-    merged = merge_references(generated, followed, setpoints(1), motion)
-    assert merged.speed_mps.tolist() == [22.0]
-    merged = merge_references(generated, followed, setpoints(1, longitudinal=Longitudinal.OPEN_LOOP), motion)
-    assert merged.speed_mps.tolist() == [20.0]
+    after = merged(generated, followed, setpoints(1), motion)
+    assert after.speed_mps.tolist() == [22.0]
+    after = merged(generated, followed, setpoints(1, longitudinal=Longitudinal.OPEN_LOOP), motion)
+    assert after.speed_mps.tolist() == [20.0]
 
 
 def test_inputs_are_not_written_to() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Gear, Lateral, Longitudinal
 from xgv_cosim.clock import CONTROL_TICK_S
-from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
+from xgv_cosim.controllers.references import ReferenceGenerator
 from xgv_cosim.fleet import Motion, Reference, Setpoints, idle_motion
 from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
 
@@ -137,6 +137,11 @@ def random_fleet(
     )
 
 
+def merged(limited: Reference, followed: Reference, wanted: Setpoints, motion: Motion) -> Reference:
+    """Return the references with which the next step begins."""
+    return kernel.settled(motion, motion, followed, limited, wanted, motion.gear, 1).reference
+
+
 @dataclass
 class Drive:
     """One vehicle driven as the simulation drives it, with a record of every tick."""
@@ -165,7 +170,7 @@ class Drive:
             generated, failed = self.generator.advance(self.reference, wanted, ticks * CONTROL_TICK_S)
             assert not failed.any()
             motion, followed = kernel.advance(self.motion, self.reference, wanted, columns, ticks)
-            self.reference = merge_references(generated, followed, wanted, motion)
+            self.reference = merged(generated, followed, wanted, motion)
             self.motion = motion
             self.motions.append(self.motion)
             self.references.append(self.reference)

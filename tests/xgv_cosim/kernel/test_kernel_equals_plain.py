@@ -12,7 +12,7 @@ from xgv_cosim import kernel
 from xgv_cosim.actuation import Gear, Lateral, Longitudinal
 from xgv_cosim.fleet import Motion, Reference
 from xgv_cosim.kernel.vehicle import vehicle_of
-from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
+from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns, parameter_table
 
 Answer = tuple[Motion, Reference]
 
@@ -144,6 +144,6 @@ def test_the_kernel_reads_each_parameter_by_its_own_name() -> None:
     columns = ParameterColumns(
         *(np.array([-1.0, float(index)]) for index in range(len(ParameterColumns._fields)))
     )
-    vehicle = vehicle_of(columns, 1)
+    vehicle = vehicle_of(parameter_table(columns), 1)
     for index, name in enumerate(ParameterColumns._fields):
         assert getattr(vehicle, name) == index

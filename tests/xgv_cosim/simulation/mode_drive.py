@@ -8,7 +8,7 @@ from xgv_cosim import kernel
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.commands import CommandKind
-from xgv_cosim.controllers.references import ReferenceGenerator, merge_references
+from xgv_cosim.controllers.references import ReferenceGenerator
 from xgv_cosim.fleet import Fleet, Motion, Reference
 from xgv_cosim.simulation import setpoints
 
@@ -64,11 +64,9 @@ class ModeDrive:
             wanted = setpoints.setpoints_of(fleet)
             limited, failed = self.generator.advance(fleet.reference, wanted, ticks * CONTROL_TICK_S)
             assert not failed.any()
-            fleet.motion, followed = kernel.advance(
-                fleet.motion, fleet.reference, wanted, fleet.parameters, ticks
-            )
-            fleet.gear_wanted = setpoints.gear_kept(fleet)
-            fleet.reference = merge_references(limited, followed, wanted, fleet.motion)
+            motion, followed = kernel.advance(fleet.motion, fleet.reference, wanted, fleet.parameters, ticks)
+            driven = kernel.settled(fleet.motion, motion, followed, limited, wanted, fleet.gear_wanted, ticks)
+            fleet.motion, fleet.reference, fleet.gear_wanted = motion, driven.reference, driven.gear_wanted
             self.motions.append(fleet.motion)
             self.references.append(fleet.reference)
         return self

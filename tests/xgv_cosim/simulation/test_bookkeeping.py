@@ -37,6 +37,14 @@ def test_a_vacated_slot_is_as_new_and_is_used_again() -> None:
     assert fleet.occupy("b") == slot
 
 
+def test_a_slot_is_idle_when_it_is_occupied_however_long_it_was_free() -> None:
+    """A free slot is driven along and holds its brake; nobody begins with that."""
+    fleet = Fleet()
+    fleet.motion.brake[0], fleet.motion.grip_free_s[0], fleet.reference.accel_mps2[0] = 0.5, 9.0, 1.0
+    assert fleet.occupy("a") == 0
+    assert (fleet.motion.brake[0], fleet.motion.grip_free_s[0], fleet.reference.accel_mps2[0]) == (0, 0, 0)
+
+
 def test_a_full_fleet_doubles_and_keeps_its_rows() -> None:
     fleet = Fleet()
     first = fleet.num_slots
