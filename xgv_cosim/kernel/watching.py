@@ -11,12 +11,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal
+from xgv_cosim.jit import inlinable
 from xgv_cosim.kernel.vehicle import vehicle_of
 
 if TYPE_CHECKING:
     from xgv_cosim.columns import BoolColumn, FloatColumn, FloatMatrix, UInt8Column, UInt16Column, WordMatrix
 
 _ROUNDING_S = 1e-9
+
+
+@inlinable
+def _brakes(longitudinal: int) -> bool:
+    """Return whether it is a mode whose stop may be weaker than it should be."""
+    return (
+        longitudinal == Longitudinal.CONTROLLED_STOP  # noqa: PLR1714 - compiled
+        or longitudinal == Longitudinal.FULL_BRAKE
+        or longitudinal == Longitudinal.MAXIMUM_BRAKING
+    )
 
 
 def note_inputs_in_place(
@@ -51,16 +62,21 @@ def note_inputs_in_place(
 
     ``motion`` and ``parameters`` are tables, all that follow columns of the fleet; the last three of these
     and ``now_s`` count as one bit for each axis: whether a rider who reacts has it
-    by now (XGV-64). Speeds and efforts count as what they are compared with (XGV-36, XGV-60, XGV-70).
+    by now (XGV-64). Speeds and efforts count as what they are compared with, and only where they are: in a
+    stop (XGV-36), against the parking brake (XGV-60), while a shift waits (XGV-70).
     """
     changed = False
     for slot in range(seen.shape[1]):
         vehicle, speed, brake = vehicle_of(parameters, slot), motion[slot, 3], motion[slot, 8]
         flags = int(frozen[slot]) | int(handed_over[slot]) << 1 | int(engine_on[slot]) << 2
-        flags |= int(parking_brake[slot]) << 3 | int(speed > 0.0) << 4 | int(speed < 0.0) << 5
-        flags |= int(commanded_mps[slot] != 0.0) << 6 | int(commanded_throttle[slot] > 0.0) << 7
-        flags |= int(abs(speed) >= vehicle.shift_speed_mps) << 8
-        flags |= int(max(commanded_brake[slot], brake) <= vehicle.shift_brake) << 9
+        flags |= int(parking_brake[slot]) << 3
+        if frozen[slot] or _brakes(longitudinal[slot]):
+            flags |= int(speed > 0.0) << 4 | int(speed < 0.0) << 5
+        if parking_brake[slot]:
+            flags |= int(commanded_mps[slot] != 0.0) << 6 | int(commanded_throttle[slot] > 0.0) << 7
+        if gear_wanted[slot] != gear[slot]:
+            flags |= int(abs(speed) >= vehicle.shift_speed_mps) << 8
+            flags |= int(max(commanded_brake[slot], brake) <= vehicle.shift_brake) << 9
         if driver[slot] == Driver.RIDER:
             reacted_s = now_s - reaction_s[slot] + _ROUNDING_S
             waits = longitudinal[slot] == Longitudinal.FREE

@@ -182,18 +182,22 @@ def test_one_bit_of_any_input_of_the_modes_is_noticed() -> None:
     ("position", "before", "after"),
     [("speed", 0.0, 0.01), ("speed", 0.01, -0.01), ("command", 0.0, 1.0), ("brake", 0.0, 0.5)],
 )
-def test_a_threshold_that_is_passed_is_noticed_and_a_mere_number_is_not(
-    position: str, before: float, after: float
+@pytest.mark.parametrize("matters", [True, False])
+def test_a_threshold_that_is_passed_is_noticed_where_it_matters_and_a_mere_number_is_not(
+    position: str, before: float, after: float, matters: bool
 ) -> None:
-    given = list(_watching(Random(2)))
-    motion, commanded = given[1], given[18]
-    assert isinstance(motion, np.ndarray)
-    assert isinstance(commanded, np.ndarray)
-    given[20][:] = 0.0  # type: ignore[index]
-    where = {"speed": motion[:, 3], "command": commanded, "brake": motion[:, 8]}[position]
+    """In a stop, against the parking brake, while a shift waits."""
+    given: list[np.ndarray] = list(_watching(Random(2)))  # type: ignore[arg-type]
+    longitudinal, gear_wanted, gear, frozen, parking_brake = (given[index] for index in (10, 12, 13, 15, 18))
+    motion, commanded_mps, commanded_brake = given[1], given[19], given[21]
+    commanded_brake[:] = 0.0
+    frozen[5], parking_brake[5], gear_wanted[5] = False, matters, Gear.DRIVE
+    longitudinal[5] = Longitudinal.FULL_BRAKE if matters else Longitudinal.CLOSED_LOOP
+    gear[5] = Gear.REVERSE if matters else Gear.DRIVE
+    where = {"speed": motion[:, 3], "command": commanded_mps, "brake": motion[:, 8]}[position]
     where[5] = before
     kernel.note_inputs(*given)
     where[5] = after
-    assert kernel.note_inputs(*given)
+    assert kernel.note_inputs(*given) == matters
     where[5] = 1.1 * after
     assert not kernel.note_inputs(*given)
