@@ -149,6 +149,8 @@ def test_the_machine_sees_wrong_transitions_xgv_21_xgv_25(
     """The machine above must not be blind: each planted fault is found."""
     table: Mapping[object, object] = {**jaus_component.STATUS_TRANSITIONS, (status, command): wrong}
     monkeypatch.setattr(jaus_component, "STATUS_TRANSITIONS", MappingProxyType(table))
-    seen = settings(max_examples=2000, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
+    seen = settings(
+        max_examples=2000, deadline=None, derandomize=True, database=None, phases=[Phase.generate]
+    )
     with pytest.raises(AssertionError):
         run_state_machine_as_test(ComponentConversation, settings=seen)

@@ -166,16 +166,21 @@ def tell_devices(state: RunState, vehicle: BoundVehicle) -> None:
 def renew_motions(
     state: RunState, slots: IntColumn, speed_mps: FloatColumn, curvature_per_m: FloatColumn, lasts_s: float
 ) -> BoolColumn:
-    """Put new targets into motion profiles that are in force, as their clients would by a repeat (XGV-43).
+    """Put new targets into motion profiles that are in force, and let them end ``lasts_s`` from now (XGV-43).
 
     Limits of acceleration and curvature rate stay. A slot without a motion profile in force is left alone:
-    only a message can bring one into force.
+    only a message can bring one into force. So is one whose controller does not hear its stack now, or does
+    not compute (XGV-32, XGV-67). It is no message: for the watch over silent controllers nobody has spoken
+    (XGV-65).
 
     Returns:
         Which slots were given their target.
     """
     command = state.fleet.command
+    deaf = [v.slot for v in state.vehicles if not (v.is_computing and v.devices.hears_stack)]
     renewed: BoolColumn = command.kind[slots] == CommandKind.MOTION_PROFILE
+    if deaf:
+        renewed &= ~np.isin(slots, deaf)
     whom = slots[renewed]
     command.speed_mps[whom] = speed_mps[renewed]
     command.curvature_per_m[whom] = curvature_per_m[renewed]

@@ -14,6 +14,7 @@ from xgv_cosim.events import Event
 from xgv_cosim.recording import EVENTS, TRAJECTORY, read_trajectory
 from xgv_cosim.runs.warnings import warnings_of
 from xgv_cosim.scenario.loading import load_scenario
+from xgv_cosim.worlds.sumo.libraries import load_libsumo
 
 PARKED = '<stop lane="road_0" startPos="40" endPos="60" duration="{}" parking="true"/>'
 """Beside the lane; who departs there does so with ``departPos="stop"``."""
@@ -116,8 +117,21 @@ def test_a_parked_car_that_starts_cold_is_bound_where_it_stands(tmp_path: Path) 
     config = write_config(tmp_path, car("ego", 10, 8, extra=PARKED.format(900)), network("hello"))
     with xgv_cosim.simulate(config, set=["duration_s=60"]) as run:
         run.run_until(12.0)
-        parked_m = run.snapshot.front_x_m[0], run.snapshot.front_y_m[0]
+        parked_m = load_libsumo().vehicle.getPosition("ego")  # nobody has looked at the snapshot
         run.bind("ego", start="cold", stack="none")
         assert run.vehicle_ids == ("ego",)
         run.run_until(20.0)
         assert (run.snapshot.front_x_m[0], run.snapshot.front_y_m[0]) == pytest.approx(parked_m, abs=1e-6)
+
+
+@pytest.mark.parametrize("start", ["cold", "handover"])
+def test_whoever_looks_at_a_parked_car_as_it_is_bound_sees_where_it_stands(
+    tmp_path: Path, start: str
+) -> None:
+    config = write_config(tmp_path, car("ego", 10, 8, extra=PARKED.format(900)), network("hello"))
+    row = f"bind=[{{vehicles: ego, from_s: 12, start: {start}, stack: none, driver: none}}]"
+    with xgv_cosim.simulate(config, set=["duration_s=60", row]) as run:
+        while run.now_s < 15.0:
+            run.step()
+            assert all(0.0 < x_m < 100.0 for x_m in run.snapshot.front_x_m)
+            assert all(speed_mps >= 0.0 for speed_mps in run.snapshot.speed_mps)

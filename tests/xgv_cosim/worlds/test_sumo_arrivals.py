@@ -105,7 +105,6 @@ CALLS: dict[str, tuple[str, Callable[[SumoWorld, Snapshot], object]]] = {
     "write": ("moveToXY", lambda world, seen: world.step(ahead(seen, "ego", 10.0, 0.1))),
     "enter": ("setLaneChangeMode", lambda world, seen: world.step(ahead(seen, "ego", 10.0, 0.1))),
     "read": ("getIDList", lambda world, seen: world.step(ahead(seen, "ego", 10.0, 0.1))),
-    "read later": ("getSpeed", lambda world, _: world.step(nobody()).speed_mps),
     "knows": ("getLoadedIDList", lambda world, _: world.knows("ego")),
     "release": ("setSpeedMode", lambda world, _: world.release("ego")),
 }

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.errors import WorldConfigurationError, WorldError
-from xgv_cosim.worlds.sumo.engine import OverSocket
+from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -103,12 +102,6 @@ def unsuitable_options(engine: Engine) -> tuple[str, ...]:
 def seed_of(engine: Engine) -> int:
     """Return the seed that SUMO was started with."""
     return int(engine.simulation.getOption("seed"))
-
-
-def errors_of(engine: Engine) -> tuple[type[Exception], ...]:
-    """Return the classes of the errors that an engine raises."""
-    home: Any = engine if hasattr(engine, "FatalTraCIError") else sys.modules[type(engine).__module__]
-    return (home.TraCIException, home.FatalTraCIError)
 
 
 class AttachedSimulation:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import AbstractContextManager
 from typing import Any, Protocol, runtime_checkable
 
@@ -19,6 +20,12 @@ class Engine(Protocol):
     edge: Any
     route: Any
     trafficlight: Any
+
+
+def errors_of(engine: Engine) -> tuple[type[Exception], ...]:
+    """Return the classes of the errors that an engine raises."""
+    home: Any = engine if hasattr(engine, "FatalTraCIError") else sys.modules[type(engine).__module__]
+    return (home.TraCIException, home.FatalTraCIError)
 
 
 @runtime_checkable

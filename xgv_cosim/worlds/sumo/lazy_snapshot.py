@@ -123,6 +123,11 @@ class LazySnapshot(Snapshot):
         for field in fields(Snapshot):
             getattr(self, field.name)
 
+    def keep(self, row: int) -> None:
+        """Read what SUMO knows of one vehicle now, before something is done to it between two steps."""
+        for name in ("front_x_m", "speed_mps", "lane"):
+            self.of(name, np.array([row]))
+
     def with_collisions(self, collisions: tuple[Collision, ...]) -> None:
         """Take note of contacts that were found after reading."""
         self.__dict__["collisions"] = collisions

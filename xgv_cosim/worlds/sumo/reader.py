@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from xgv_cosim.errors import WorldError
 from xgv_cosim.snapshot import Collision
 from xgv_cosim.worlds.sumo.bodies import Bodies
-from xgv_cosim.worlds.sumo.engine import OverSocket
+from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
 from xgv_cosim.worlds.sumo.ghosts import is_ghost
 from xgv_cosim.worlds.sumo.lazy_snapshot import Cast, Columns, Happened, LazySnapshot
@@ -16,7 +18,7 @@ from xgv_cosim.worlds.sumo.neighbours import NeighbourReader, Neighbours
 from xgv_cosim.worlds.sumo.placing import TOLERANCE_M
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from xgv_cosim.columns import FloatColumn, IntColumn
     from xgv_cosim.snapshot import Snapshot
@@ -63,6 +65,8 @@ class SnapshotReader:
         self._road = road
         self._step_s = step_s
         self._bound = bound
+        self._errors = errors_of(session.engine)
+        self._is_reading = False
         self._bodies = Bodies(session.engine)
         self._neighbours = NeighbourReader(session.engine, road, self._bodies)
         self._owner_of: Mapping[str, str] = {}
@@ -91,7 +95,7 @@ class SnapshotReader:
             owner_of: Ghost -> the vehicle that it stands for.
         """
         self._owner_of = owner_of or {}
-        self._both = None
+        self._both, self._is_reading = None, True
         happened = self._happened(notes)
         cast = self._cast
         columns = Columns(len(cast.ids))
@@ -103,7 +107,22 @@ class SnapshotReader:
         if before is not None and len(rows):
             self._fill_in(written, rows, columns, before, headings, snapshot)
         self._fill_next_lanes(snapshot, columns)
+        self._is_reading = False
         return snapshot
+
+    @contextmanager
+    def _answers(self) -> Iterator[None]:
+        """Make a refusal of SUMO an error of this reading alone: a script may have removed a vehicle.
+
+        Raises:
+            WorldError: SUMO refused the answer.
+        """
+        try:
+            yield
+        except self._errors as error:
+            if self._is_reading:  # within the world's step, which ends with it
+                raise
+            raise WorldError(f"SUMO cannot tell of the last step any more: {error}") from error
 
     def _rows(self, written: Written, cast: Cast) -> IntColumn:
         index_of = cast.index_of
@@ -221,9 +240,9 @@ class SnapshotReader:
         in_turn = (np.arange(len(rows)) + round(snapshot.time_s / self._step_s)) % CHECK_STEPS == 0
         asked = rows[(rows >= 0) & ~(known & ~in_turn)]
         snapshot.of("lane", asked)
-        refused = known & in_turn
-        if refused.any():
-            self._check(written, rows, columns, np.flatnonzero(refused), at_m)
+        checked = np.flatnonzero(known & in_turn)
+        if len(checked):
+            self._check(written, rows, columns, checked, at_m)
         if isinstance(self._engine, OverSocket):  # the same questions after every step travel in one message
             spare = Columns(len(snapshot.ids))
             self.read_places(self._cast, spare, rows[known & ~in_turn].tolist())
@@ -275,7 +294,7 @@ class SnapshotReader:
 
     def read_poses(self, cast: Cast, columns: Columns, rows: list[int]) -> None:
         """Fill in places and headings."""
-        with self._session.failures():
+        with self._answers():
             vehicle, ids = self._engine.vehicle, [cast.ids[row] for row in rows]
             if rows:
                 columns.x_m[rows], columns.y_m[rows] = np.array([vehicle.getPosition(name) for name in ids]).T
@@ -285,14 +304,14 @@ class SnapshotReader:
 
     def read_motions(self, cast: Cast, columns: Columns, rows: list[int]) -> None:
         """Fill in speeds and accelerations."""
-        with self._session.failures():
+        with self._answers():
             vehicle, ids = self._engine.vehicle, [cast.ids[row] for row in rows]
             columns.speed_mps[rows] = [vehicle.getSpeed(name) for name in ids]
             columns.accel_mps2[rows] = [vehicle.getAcceleration(name) for name in ids]
 
     def read_places(self, cast: Cast, columns: Columns, rows: list[int]) -> None:
         """Fill in lanes and positions along them."""
-        with self._session.failures():
+        with self._answers():
             vehicle, number, ids = self._engine.vehicle, self._road.index_of, [cast.ids[row] for row in rows]
             columns.lane[rows] = [number[vehicle.getLaneID(name)] for name in ids]
             columns.position_m[rows] = [vehicle.getLanePosition(name) for name in ids]
@@ -300,13 +319,13 @@ class SnapshotReader:
 
     def neighbours(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Neighbours:
         """Return who is before and behind the bound vehicles."""
-        with self._session.failures():
+        with self._answers():
             here = [cast.ids[row] for row in self.rows_of_bound(cast).tolist()]
             return self._neighbours.read(cast.index_of, lane, position_m, here, self._owner_of)
 
     def placement_errors(self, cast: Cast) -> tuple[FloatColumn, FloatColumn]:
         """Return distance and turn of SUMO's poses from the plant's; 0 where a driver of SUMO's moves."""
-        with self._session.failures():
+        with self._answers():
             distance_m, turned_rad = np.zeros((2, len(cast.ids)))
             if self._both is not None and len(self._both[1]):
                 ids, rows, x_m, y_m, heading_rad = self._both

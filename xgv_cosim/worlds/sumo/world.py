@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from xgv_cosim.surroundings import Surroundings
     from xgv_cosim.worlds.base import Placement
     from xgv_cosim.worlds.sumo.engine import OpenSimulation
+    from xgv_cosim.worlds.sumo.lazy_snapshot import LazySnapshot
 
 
 class SumoWorld:
@@ -47,6 +48,8 @@ class SumoWorld:
         self._session: OpenSimulation | None = None
         self._messages: tuple[str, ...] = ()
         self._surroundings: SurroundingsReader | None = None
+        self._last: LazySnapshot | None = None
+        """The last snapshot of an open world."""
 
     @classmethod
     def headless(
@@ -131,7 +134,7 @@ class SumoWorld:
             self._own_colours: dict[str, tuple[int, int, int, int]] = {}
             self._stops = Stops(session.engine)
             self._reader = SnapshotReader(session, self._road, self._step_s, self._bindings.bound)
-            self._snapshot = self._reader.read(nothing_written(), None, self._bindings.headings)
+            self._snapshot = self._last = self._reader.read(nothing_written(), None, self._bindings.headings)
         self._surroundings = None
         return self._snapshot
 
@@ -188,6 +191,7 @@ class SumoWorld:
         if row is None:
             raise WorldError(f"SUMO has no vehicle {vehicle_id!r} at {self._snapshot.time_s} s")
         with session.failures():
+            self._snapshot.keep(row)  # without its stop SUMO has it nowhere, until it is back on its lane
             return self._stops.unpark(vehicle_id, on_lane=self._snapshot.value("lane", row) >= 0)
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
@@ -202,6 +206,9 @@ class SumoWorld:
         if vehicle_id not in self._snapshot.index_of:
             raise WorldError(f"SUMO has no vehicle {vehicle_id!r} at {self._snapshot.time_s} s")
         with session.failures():
+            self._snapshot.keep(
+                self._snapshot.index_of[vehicle_id]
+            )  # a parked car is nowhere without its stop
             self._stops.drop(vehicle_id)
         self._bindings.add(vehicle_id, coupling)
 
@@ -269,7 +276,7 @@ class SumoWorld:
                 self._bindings.take_notes(),
                 self._bindings.ghosts.owner_of,
             )
-            self._snapshot = snapshot
+            self._snapshot = self._last = snapshot
             subjects = self._reader.rows_of_bound(snapshot.cast)
             snapshot.with_collisions(self._contacts.merged(snapshot, self._bindings.bound, subjects))
         for vehicle_id in snapshot.arrived:
@@ -321,8 +328,14 @@ class SumoWorld:
             self._bindings.part()
 
     def close(self) -> None:
-        """End the simulation; does nothing when it is closed."""
+        """End the simulation, whose last snapshot stays readable; does nothing when it is closed."""
         if self._session is not None:
+            if self._last is not None:
+                if self._session.is_open:
+                    with self._session.failures():
+                        self._last.read_all()
+                self._last.close()
+                self._last = None
             if self._session.is_open and self._session.goes_on:
                 # Where SUMO ends, libsumo would keep these last moves, and make them in the next simulation
                 # of this process, with whoever has the place in memory of those who were meant (measured).
