@@ -128,6 +128,7 @@ class SurroundingsReader:
         leader_speed_mps = np.where(blocked, blocker_mps, leader_speed_mps)
         has_way = ways.lanes[:, 0] >= 0
         signals = Signals(self.engine)
+        self._routes.keep(snapshot.index_of)
         foes = FoesOf(snapshot, traffic, self.network, self._conflicts, self._routes, signals)
         return Surroundings(
             way_x_m=way_x_m,
