@@ -256,6 +256,13 @@ class Plugin:
                 "through the module or connection that is attached"
             )
 
+    def user_removes(self, vehicle_id: str) -> None:
+        """End the binding of a vehicle that the script takes out of SUMO; everything else goes on."""
+        if self._simulation is not None:
+            lifecycle.lose(self._simulation.state, vehicle_id, "the script removed it from SUMO")
+        if self._simulation is not None or self._parting is not None:
+            self._world.lose(vehicle_id)
+
     def user_ends(self) -> None:
         """Forget the simulation that the script ends; what was asked for holds for the next one too."""
         if not self.gives_way():
@@ -319,7 +326,7 @@ class Plugin:
     def _bind_present(self, simulation: Simulation) -> None:
         """Bind those who drive already and whom a newer row of ``bind`` means."""
         tick = simulation.state.clock.tick
-        for vehicle_id in simulation.snapshot.ids:
+        for vehicle_id in simulation.snapshot.index_of:  # those of the last step whom SUMO still has
             if vehicle_id in simulation.state.vehicles:
                 continue
             binding = self._selected(simulation.world.traveller(vehicle_id))

@@ -166,6 +166,14 @@ def release(state: RunState, vehicle_id: str, why: str) -> None:
     state.note(vehicle_id, "released", before=vehicle.binding.profile.name, reasons=(why,))
 
 
+def lose(state: RunState, vehicle_id: str, why: str) -> None:
+    """Forget a vehicle that somebody else takes out of the world; another may have its id later."""
+    if vehicle_id in state.vehicles:
+        release(state, vehicle_id, why)
+    state.expected.pop(vehicle_id, None)
+    state.crashed.discard(vehicle_id)
+
+
 def fill_row(fleet: Fleet, slot: int, snapshot: Snapshot, row: int, binding: Binding) -> None:
     """Write the first state of a slot: the vehicle as the world has it."""
     for column, name in zip(fleet.parameters, fleet.parameters._fields, strict=True):

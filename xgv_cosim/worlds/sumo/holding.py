@@ -2,7 +2,8 @@
 
 The script goes on calling what it always called. Wrapped is the innermost function that all its ways of
 stepping lead to, so that ``from traci import simulationStep`` is caught, whenever it was imported. So are
-the functions by which it reads vehicles: they show it no ghosts, see ``unseen``.
+the functions by which it reads vehicles: they show it no ghosts, see ``unseen``. And so is the one that takes
+a vehicle out of SUMO, whom the plugin would command otherwise.
 """
 
 from __future__ import annotations
@@ -26,6 +27,10 @@ class Holder(Protocol):
 
     def user_steps(self) -> None:
         """The script wants SUMO's next step: make it, by ``Hold.step_once``."""
+        ...
+
+    def user_removes(self, vehicle_id: str) -> None:
+        """The script is about to take a vehicle out of SUMO."""
         ...
 
     def user_ends(self) -> None:
@@ -89,6 +94,11 @@ class Patches:
         self._made.clear()
 
 
+def who_is_removed(args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
+    """Return the vehicle that a call of ``vehicle.remove`` names; its other argument is a number."""
+    return next((value for value in (*args, *kwargs.values()) if isinstance(value, str)), "")
+
+
 def num_steps_to(time_s: float, engine: Engine) -> int:
     """Return how many steps SUMO makes for ``simulationStep(time_s)``: one for 0, else until it has come."""
     target_ms = round(time_s * 1000.0)
@@ -128,6 +138,7 @@ class LibsumoHold:
                 native, f"{domain}_{getter}", functools.partial(self._getter_wrapper, domain, getter)
             )
         self._patches.wrap(native, "simulation_step", self._step_wrapper)
+        self._patches.wrap(native, "vehicle_remove", self._remove_wrapper)
         for name in ("start", "close", "load", "loadState"):
             self._patches.wrap(native, f"simulation_{name}", self._end_wrapper)
         LibsumoHold.held_by = self
@@ -187,6 +198,14 @@ class LibsumoHold:
 
         return step
 
+    def _remove_wrapper(self, original: Callable[..., None]) -> Callable[..., None]:
+        def remove(*args: Any, **kwargs: Any) -> None:  # noqa: ANN401 - whatever SUMO's takes
+            if LibsumoHold.held_by is self:
+                self._holder.user_removes(who_is_removed(args, kwargs))
+            original(*args, **kwargs)
+
+        return remove
+
     def _end_wrapper(self, original: Callable[..., Any]) -> Callable[..., Any]:
         def end(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - whatever SUMO's takes and returns
             if LibsumoHold.held_by is self:
@@ -197,8 +216,8 @@ class LibsumoHold:
 
 
 def _as_it_is(libsumo: ModuleType, native: ModuleType) -> Engine:
-    """Return libsumo's interface with the getters that it has now, whatever they are wrapped by later."""
-    own: dict[str, dict[str, object]] = {}
+    """Return libsumo's interface with the functions that it has now, whatever they are wrapped by later."""
+    own: dict[str, dict[str, object]] = {"vehicle": {"remove": staticmethod(native.vehicle_remove)}}
     for domain, getter in READINGS:
         function = getattr(native, f"{domain}_{getter}", None)
         if function is not None:
@@ -206,6 +225,6 @@ def _as_it_is(libsumo: ModuleType, native: ModuleType) -> Engine:
     engine: Any = ModuleType("libsumo, with ghosts")
     vars(engine).update(vars(libsumo))
     vars(engine).update(
-        {name: type(name, (getattr(libsumo, name),), getters) for name, getters in own.items()}
+        {name: type(name, (getattr(libsumo, name),), functions) for name, functions in own.items()}
     )
     return cast("Engine", engine)

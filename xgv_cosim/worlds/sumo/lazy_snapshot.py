@@ -128,6 +128,17 @@ class LazySnapshot(Snapshot):
         for name in ("front_x_m", "speed_mps", "lane"):
             self.of(name, np.array([row]))
 
+    def lose(self, vehicle_id: str) -> None:
+        """Read what SUMO knows of a vehicle that it is about to lose; nobody finds it by its id any more."""
+        row = self.index_of.get(vehicle_id)
+        if row is None:
+            return
+        if self._source is not None:
+            self.keep(row)
+        if self.index_of is self.cast.index_of:
+            self.__dict__["index_of"] = dict(self.index_of)
+        del self.__dict__["index_of"][vehicle_id]
+
     def with_collisions(self, collisions: tuple[Collision, ...]) -> None:
         """Take note of contacts that were found after reading."""
         self.__dict__["collisions"] = collisions

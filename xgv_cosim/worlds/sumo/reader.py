@@ -10,6 +10,7 @@ import numpy as np
 from xgv_cosim.errors import WorldError
 from xgv_cosim.snapshot import Collision
 from xgv_cosim.worlds.sumo.bodies import Bodies
+from xgv_cosim.worlds.sumo.driven import Driven
 from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
 from xgv_cosim.worlds.sumo.ghosts import is_ghost
@@ -46,16 +47,6 @@ class _BoundRows(NamedTuple):
     rows: IntColumn
 
 
-class _Both(NamedTuple):
-    """Vehicles of the last snapshot of which the plant has both axes, and where it has them."""
-
-    ids: list[str]
-    rows: IntColumn
-    front_x_m: FloatColumn
-    front_y_m: FloatColumn
-    heading_rad: FloatColumn
-
-
 class SnapshotReader:
     """Reads the open simulation into snapshots; keeps what does not change from step to step."""
 
@@ -72,10 +63,12 @@ class SnapshotReader:
         self._owner_of: Mapping[str, str] = {}
         self._cast = _NOWHERE
         self._present: Sequence[str] = ()
+        self._lost: set[str] = set()
+        """Who was taken out of SUMO since the last step; whoever has such an id after the next is another."""
         self._bound_rows = _BoundRows((), _NOWHERE, np.zeros(0, np.int64))
         self._onward = np.zeros((2, 0), np.int64)
         """Of each bound vehicle that is there its lane and the one that follows; -2: not asked yet."""
-        self._both: _Both | None = None
+        self._driven: Driven | None = None
 
     def read(
         self,
@@ -95,7 +88,7 @@ class SnapshotReader:
             owner_of: Ghost -> the vehicle that it stands for.
         """
         self._owner_of = owner_of or {}
-        self._both, self._is_reading = None, True
+        self._driven, self._is_reading = None, True
         happened = self._happened(notes)
         cast = self._cast
         columns = Columns(len(cast.ids))
@@ -142,12 +135,14 @@ class SnapshotReader:
         )
         departed: tuple[str, ...] = ()
         present = self._engine.vehicle.getIDList()
-        if present != self._present:
+        if present != self._present or self._lost:
             self._present, ids = present, _vehicles(present)
             # SUMO's own list of departures lacks who came with a loaded state or returns from a teleport
-            departed = tuple(name for name in ids if name not in self._cast.index_of)
-            if ids != self._cast.ids:
+            known, lost = self._cast.index_of, self._lost
+            departed = tuple(name for name in ids if name not in known or name in lost)
+            if ids != self._cast.ids or self._lost:
                 self._cast = self._new_cast(ids)
+            self._lost.clear()
         time_s = round(simulation.getTime() - self._session.begin_s, 3)  # SUMO counts milliseconds
         return Happened(time_s, departed, arrived, teleported, collisions, tuple(notes))
 
@@ -160,6 +155,13 @@ class SnapshotReader:
             np.array([body.length_m for body in bodies], np.float64),
             np.array([body.width_m for body in bodies], np.float64),
         )
+
+    def lose(self, vehicle_id: str) -> None:
+        """Ask SUMO no more about a vehicle that it is about to lose."""
+        self._lost.add(vehicle_id)
+        self._forget(vehicle_id)
+        if self._driven is not None and vehicle_id in self._driven.ids:
+            self._driven = self._driven.without(vehicle_id)
 
     def _forget(self, vehicle_id: str) -> None:
         self._bodies.forget(vehicle_id)
@@ -181,14 +183,7 @@ class SnapshotReader:
         columns.x_m[at], columns.y_m[at] = placement.front_x_m[posed], placement.front_y_m[posed]
         columns.heading_rad[at] = placement.heading_rad[posed]
         columns.has_pose[at] = True
-        both = np.flatnonzero(placement.computer_speed & placement.computer_steering & is_here)
-        self._both = _Both(
-            [placement.ids[number] for number in both.tolist()],
-            rows[both],
-            placement.front_x_m[both],
-            placement.front_y_m[both],
-            placement.heading_rad[both],
-        )
+        self._driven = Driven.of(placement, rows)
         driven = np.flatnonzero(placement.computer_speed & is_here)
         in_frame = written.in_lane_frame[driven]
         sumos_mps = np.maximum(placement.speed_mps, 0.0)[driven]
@@ -326,15 +321,10 @@ class SnapshotReader:
     def placement_errors(self, cast: Cast) -> tuple[FloatColumn, FloatColumn]:
         """Return distance and turn of SUMO's poses from the plant's; 0 where a driver of SUMO's moves."""
         with self._answers():
-            distance_m, turned_rad = np.zeros((2, len(cast.ids)))
-            if self._both is not None and len(self._both[1]):
-                ids, rows, x_m, y_m, heading_rad = self._both
-                vehicle = self._engine.vehicle
-                places_m = np.array([vehicle.getPosition(name) for name in ids])
-                angles_rad = headings_from_sumo(np.array([vehicle.getAngle(name) for name in ids]))
-                distance_m[rows] = np.hypot(places_m[:, 0] - x_m, places_m[:, 1] - y_m)
-                turned_rad[rows] = np.abs(np.remainder(angles_rad - heading_rad + np.pi, 2.0 * np.pi) - np.pi)
-            return distance_m, turned_rad
+            if self._driven is None:
+                distance_m, turned_rad = np.zeros((2, len(cast.ids)))
+                return distance_m, turned_rad
+            return self._driven.errors(self._engine, len(cast.ids))
 
 
 def _vehicles(ids: Iterable[str]) -> tuple[str, ...]:

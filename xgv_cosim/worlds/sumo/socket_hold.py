@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from xgv_cosim.errors import WorldError
-from xgv_cosim.worlds.sumo.holding import Patches, num_steps_to
+from xgv_cosim.worlds.sumo.holding import Patches, num_steps_to, who_is_removed
 from xgv_cosim.worlds.sumo.socket_engine import SocketEngine
 from xgv_cosim.worlds.sumo.unseen import NOBODY, READINGS
 
@@ -62,6 +62,7 @@ class SocketHold:
             self._patches.wrap(self._home.Connection, name, self._end_wrapper)
         domain = sys.modules["traci._simulation"].SimulationDomain
         self._patches.wrap(domain, "loadState", self._load_state_wrapper)
+        self._patches.wrap(sys.modules["traci._vehicle"].VehicleDomain, "remove", self._remove_wrapper)
         for owner, getter in _where_read():
             self._patches.wrap(owner, getter, partial(self._getter_wrapper, getter))
 
@@ -186,6 +187,14 @@ class SocketHold:
             self._is_stepping = False
         type(connection).manageStepListeners(connection, step)
         return answers
+
+    def _remove_wrapper(self, original: Callable[..., None]) -> Callable[..., None]:
+        def remove(domain: Any, *args: Any, **kwargs: Any) -> None:  # noqa: ANN401 - traci carries no types
+            if self._connection is not None and domain._connection is self._connection:
+                self._holder.user_removes(who_is_removed(args, kwargs))
+            original(domain, *args, **kwargs)
+
+        return remove
 
     def _end_wrapper(self, original: Callable[..., Any]) -> Callable[..., Any]:
         def end(connection: Any, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - traci carries no types

@@ -34,7 +34,7 @@ class Stops:
 
     def drop(self, vehicle_id: str) -> None:
         """Take all stops from a vehicle that SUMO has now; one that stands at a stop may go on."""
-        self._leaving.discard(vehicle_id)
+        self.forget(vehicle_id)
         vehicle = self._engine.vehicle
         for _ in vehicle.getStops(vehicle_id):
             vehicle.replaceStop(vehicle_id, 0, "")
@@ -47,9 +47,13 @@ class Stops:
             on_lane: Whether it is on a lane; who is parked is on none, nor is who left the road.
         """
         if on_lane:
-            self._leaving.discard(vehicle_id)
+            self.forget(vehicle_id)
             return True
         if self._engine.vehicle.isStoppedParking(vehicle_id):
             self.drop(vehicle_id)
             self._leaving.add(vehicle_id)  # SUMO waits for a gap, and calls it parked no more meanwhile
         return vehicle_id not in self._leaving
+
+    def forget(self, vehicle_id: str) -> None:
+        """Drop a vehicle: it has left its parking place, or SUMO has it no longer."""
+        self._leaving.discard(vehicle_id)

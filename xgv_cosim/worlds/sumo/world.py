@@ -10,6 +10,7 @@ from xgv_cosim.traveller import Traveller
 from xgv_cosim.worlds.contacts import Contacts
 from xgv_cosim.worlds.levels import Levels
 from xgv_cosim.worlds.sumo.bindings import Bindings
+from xgv_cosim.worlds.sumo.colours import Colours
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
@@ -131,7 +132,7 @@ class SumoWorld:
                 road.shapes, lambda name: float(vehicle.getPosition3D(name)[2]), road.onward, road.junctions
             )
             self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road, levels)
-            self._own_colours: dict[str, tuple[int, int, int, int]] = {}
+            self._colours = Colours(session.engine)
             self._stops = Stops(session.engine)
             self._reader = SnapshotReader(session, self._road, self._step_s, self._bindings.bound)
             self._snapshot = self._last = self._reader.read(nothing_written(), None, self._bindings.headings)
@@ -307,10 +308,22 @@ class SumoWorld:
         """
         session = self._open()
         with session.failures():
-            vehicle = session.engine.vehicle
-            if vehicle_id not in self._own_colours:
-                self._own_colours[vehicle_id] = vehicle.getColor(vehicle_id)
-            vehicle.setColor(vehicle_id, self._own_colours[vehicle_id] if rgb is None else (*rgb, 255))
+            self._colours.paint(vehicle_id, rgb)
+
+    def lose(self, vehicle_id: str) -> None:
+        """Forget a vehicle, bound or not, that somebody else is about to take out of SUMO.
+
+        What the last snapshot has of it stays readable; its id is free for another vehicle.
+        """
+        session = self._session
+        if session is None or not session.is_open:
+            return
+        with session.failures():
+            self._snapshot.lose(vehicle_id)
+        self._reader.lose(vehicle_id)
+        self._bindings.forget(vehicle_id)
+        self._stops.forget(vehicle_id)
+        self._colours.forget(vehicle_id)
 
     @property
     def is_handing_over(self) -> bool:
