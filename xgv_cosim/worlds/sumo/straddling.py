@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from xgv_cosim.worlds.sumo.projecting import project
+
 if TYPE_CHECKING:
     from collections.abc import Collection
 
@@ -34,8 +36,9 @@ class Reach(NamedTuple):
 
 class _Body(NamedTuple):
     name: str
-    points_m: FloatColumn
-    """Its corners and the centre of its front bumper, shape ``(5, 2)``."""
+    x_m: FloatColumn
+    """East of its corners and of the centre of its front bumper, shape ``(5,)``."""
+    y_m: FloatColumn
     width_m: float
 
 
@@ -79,17 +82,17 @@ class Straddling:
             owners: Who decides on their place across the lane.
             standing: (owner, lane) of what was found in the step before.
         """
-        reaches = []
-        for number in np.flatnonzero(found["reaches_out"] & (rows >= 0) & owners.by_plant).tolist():
-            name, row = placement.ids[number], int(rows[number])
-            one, width_m = np.array([number]), before.width_m[[row]]
-            front_x_m, front_y_m = placement.front_x_m[one], placement.front_y_m[one]
-            corners = corners_m(
-                front_x_m, front_y_m, placement.heading_rad[one], before.length_m[[row]], width_m
-            )
-            points_m = np.vstack([corners[0], np.column_stack([front_x_m, front_y_m])])
-            body = _Body(name, points_m, float(width_m[0]))
-            now, around = int(before.value("lane", row)), int(roster["road_lane"][number])
+        reaches: list[Reach] = []
+        numbers = np.flatnonzero(found["reaches_out"] & (rows >= 0) & owners.by_plant)
+        if not len(numbers):
+            return reaches
+        at = rows[numbers]
+        width_m = before.width_m[at]
+        points_m = _points_m(placement, numbers, before.length_m[at], width_m)
+        lane, around_lane = before.of("lane", at), roster["road_lane"][numbers]
+        for place, number in enumerate(numbers.tolist()):
+            name, now, around = placement.ids[number], int(lane[place]), int(around_lane[place])
+            body = _Body(name, points_m[0, place], points_m[1, place], float(width_m[place]))
             own = now if now >= 0 and not owners.freely[number] else None
             speed_mps = float(placement.speed_mps[number])
             reaches += [
@@ -135,7 +138,7 @@ class Straddling:
 
     def _in(self, lane: int, body: _Body, standing: Collection[tuple[str, int]]) -> tuple[bool, float, float]:
         """Return whether a body reaches into a lane, its foremost point there, and its front's offset."""
-        along_m, lateral_m = self.road.project(lane, body.points_m[:, 0], body.points_m[:, 1])
+        along_m, lateral_m = project(self.road.tables, lane, body.x_m, body.y_m)
         half_m = 0.5 * float(self.road.widths_m[lane])
         least_m = STAYS_M if (body.name, lane) in standing else APPEARS_M
         inside = bool(lateral_m.min() < half_m - least_m and lateral_m.max() > least_m - half_m)
@@ -154,6 +157,16 @@ class Straddling:
             if inside and 0.0 < at_m < self.road.lengths_m[lane]:
                 found.append((lane, at_m))
         return found
+
+
+def _points_m(
+    placement: Placement, numbers: IntColumn, length_m: FloatColumn, width_m: FloatColumn
+) -> FloatColumn:
+    """Return the corners of some bodies and the centres of their front bumpers, shape ``(2, n, 5)``."""
+    front_m = np.stack([placement.front_x_m[numbers], placement.front_y_m[numbers]], axis=1)
+    corners = corners_m(front_m[:, 0], front_m[:, 1], placement.heading_rad[numbers], length_m, width_m)
+    points_m = np.concatenate([corners, front_m[:, None, :]], axis=1)
+    return np.ascontiguousarray(np.moveaxis(points_m, 2, 0))
 
 
 def corners_m(
