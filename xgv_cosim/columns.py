@@ -16,6 +16,8 @@ BoolMatrix = npt.NDArray[np.bool_]
 """Shape ``(k, n)``."""
 FloatMatrix = npt.NDArray[np.float64]
 """Shape ``(n, k)``."""
+IntMatrix = npt.NDArray[np.int64]
+"""Shape ``(n, k)``."""
 UInt8Matrix = npt.NDArray[np.uint8]
 """Shape ``(n, k)``."""
 WordMatrix = npt.NDArray[np.int64]

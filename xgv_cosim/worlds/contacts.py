@@ -8,19 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
-from xgv_cosim.columns import BoolColumn, FloatColumn, FloatMatrix, IntColumn
+from xgv_cosim.columns import FloatColumn, IntColumn
 from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Collision, Snapshot
+from xgv_cosim.worlds.boxes import boxes_of, near_pairs, overlap, touching
 from xgv_cosim.worlds.levels import Levels
 
 OVERLAP = "overlap"
 """Kind of a contact that was found here."""
-TOLERANCE_M = 0.01
-"""Boxes overlap when they reach further than this into each other on every axis."""
 
 _FAR_M = 150.0
 """So near a vehicle has to be to a subject for its distance to count; beyond it is this far."""
@@ -30,86 +28,6 @@ _WIDE_M = 10.0
 """What bodies reach beyond the circles of their lengths, at most."""
 MOST_ASKEW_RAD = 0.2
 """How far the engine's own driver turns a car from its lane's direction, at most; 11°."""
-
-
-def near_pairs(
-    x_m: FloatColumn, y_m: FloatColumn, reach_m: FloatColumn, subjects: IntColumn
-) -> tuple[IntColumn, IntColumn]:
-    """Return (subject, other) of the pairs whose circles overlap, shape ``(k,)`` each.
-
-    A pair of two subjects comes up once, with the smaller row first.
-
-    Args:
-        x_m: Centres, shape ``(n,)``.
-        y_m: Likewise.
-        reach_m: Radii of circles around the bodies, shape ``(n,)``.
-        subjects: Rows whose neighbours are sought.
-    """
-    if np.ptp(y_m) > np.ptp(x_m):  # the longer side tells more of them apart
-        x_m, y_m = y_m, x_m
-    order = np.argsort(x_m, kind="stable")
-    sorted_x_m, widest_m = x_m[order], float(reach_m.max(initial=0.0))
-    first = np.searchsorted(sorted_x_m, x_m[subjects] - reach_m[subjects] - widest_m, side="left")
-    last = np.searchsorted(sorted_x_m, x_m[subjects] + reach_m[subjects] + widest_m, side="right")
-    counts = last - first
-    one = np.repeat(subjects, counts)
-    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    other = order[np.repeat(first, counts) + within]
-    is_subject = np.zeros(len(x_m), np.bool_)
-    is_subject[subjects] = True
-    apart_m = np.hypot(x_m[other] - x_m[one], y_m[other] - y_m[one])
-    kept = (apart_m < reach_m[one] + reach_m[other]) & (one != other) & (~is_subject[other] | (one < other))
-    return one[kept], other[kept]
-
-
-def overlap(
-    centre_m: FloatColumn, heading_rad: FloatColumn, half_m: FloatColumn, one: IntColumn, other: IntColumn
-) -> BoolColumn:
-    """Return which pairs of boxes overlap by more than ``TOLERANCE_M`` on every axis, shape ``(k,)``.
-
-    Args:
-        centre_m: Centres of the boxes, shape ``(n, 2)``.
-        heading_rad: Directions of their long sides, shape ``(n,)``.
-        half_m: Half lengths and half widths, shape ``(n, 2)``.
-        one: First box of each pair, shape ``(k,)``.
-        other: Second box of each pair, shape ``(k,)``.
-    """
-    forward = np.column_stack([np.cos(heading_rad), np.sin(heading_rad)])
-    axes = np.stack([forward, np.column_stack([-forward[:, 1], forward[:, 0]])], axis=1)
-    apart_m = centre_m[other] - centre_m[one]
-    overlaps = np.ones(len(one), np.bool_)
-    for box in (one, other):
-        for number in (0, 1):
-            axis = axes[box, number]
-            room_m = np.abs((apart_m * axis).sum(axis=1))
-            for each in (one, other):
-                shadow = np.abs(np.einsum("kij,kj->ki", axes[each], axis))
-                room_m = room_m - (half_m[each] * shadow).sum(axis=1)
-            overlaps &= room_m < -TOLERANCE_M
-    return overlaps
-
-
-class Boxes(NamedTuple):
-    """Bodies; every column has shape ``(n,)``."""
-
-    front_x_m: FloatColumn
-    front_y_m: FloatColumn
-    heading_rad: FloatColumn
-    length_m: FloatColumn
-    width_m: FloatColumn
-
-    def placed(self) -> tuple[FloatMatrix, FloatColumn, FloatMatrix]:
-        """Return centres, headings and half sizes, as ``overlap`` takes them."""
-        half_m = 0.5 * np.column_stack([self.length_m, self.width_m])
-        x_m = self.front_x_m - half_m[:, 0] * np.cos(self.heading_rad)
-        y_m = self.front_y_m - half_m[:, 0] * np.sin(self.heading_rad)
-        return np.column_stack([x_m, y_m]), self.heading_rad, half_m
-
-
-def boxes_of(snapshot: Snapshot, rows: IntColumn) -> Boxes:
-    """Return the bodies of some rows; nobody else's is read."""
-    names = ("front_x_m", "front_y_m", "heading_rad", "length_m", "width_m")
-    return Boxes(*(snapshot.of(name, rows) for name in names))
 
 
 @dataclass(slots=True)
@@ -249,12 +167,8 @@ class Contacts:
             return []
         looked_at = self._watch.due(snapshot, subjects)
         rows = np.sort(np.concatenate([subjects, looked_at]))
-        boxes, places = boxes_of(snapshot, rows), np.searchsorted(rows, subjects)
-        centre_m, heading_rad, half_m = boxes.placed()
-        one, other = near_pairs(centre_m[:, 0], centre_m[:, 1], np.hypot(*half_m.T), places)
-        touching = overlap(centre_m, heading_rad, half_m, one, other)
-        one, other = rows[one[touching]], rows[other[touching]]
-        return list(zip(one.tolist(), other.tolist(), strict=True))
+        pairs = touching(boxes_of(snapshot, rows), np.searchsorted(rows, subjects))
+        return [(one, other) for one, other in rows[pairs].tolist()]
 
     def _contact(self, snapshot: Snapshot, one: int, other: int, pair: frozenset[str]) -> Collision:
         """Return the contact of two rows; the collider is who moves faster towards the other."""

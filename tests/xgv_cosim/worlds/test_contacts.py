@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import Polygon
 
@@ -17,7 +17,8 @@ from tests.xgv_cosim.simulation.bare_world import StraightRoad
 from tests.xgv_cosim.worlds.sumo_traffic import car
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.snapshot import Collision
-from xgv_cosim.worlds.contacts import OVERLAP, TOLERANCE_M, Contacts, boxes_of, near_pairs, overlap
+from xgv_cosim.worlds.boxes import TOLERANCE_M, Boxes, boxes_of, near_pairs, overlap, touching
+from xgv_cosim.worlds.contacts import OVERLAP, Contacts
 
 if TYPE_CHECKING:
     from tests.xgv_cosim.worlds.conftest import NewWorld
@@ -87,6 +88,23 @@ def test_near_pairs_are_all_whose_circles_overlap_each_once(rows, random) -> Non
         and np.hypot(x_m[i] - x_m[j], y_m[i] - y_m[j]) < reach_m[i] + reach_m[j]
     }
     assert set(found) == expected
+
+
+@settings(deadline=None)  # the first call compiles
+@given(
+    st.lists(boxes, min_size=1, max_size=40),
+    st.randoms(use_true_random=False),
+    st.booleans(),
+)
+def test_the_compiled_sweep_finds_the_pairs_that_the_readable_columns_find(rows, random, upright) -> None:
+    x_m, y_m, heading_rad, half_length_m, half_width_m = np.array(rows).T.copy()
+    x_m, y_m = (x_m, 4.0 * y_m) if upright else (4.0 * x_m, y_m)
+    bodies = Boxes(x_m, y_m, heading_rad, 2.0 * half_length_m, 2.0 * half_width_m)
+    subjects = np.array(sorted(random.sample(range(len(rows)), random.randint(0, len(rows)))), np.int64)
+    centre_m, headings, half_m = bodies.placed()
+    one, other = near_pairs(centre_m[:, 0], centre_m[:, 1], np.hypot(*half_m.T), subjects)
+    expected = np.sort(np.stack([one, other], axis=1)[overlap(centre_m, headings, half_m, one, other)])
+    assert touching(bodies, subjects).tolist() == sorted(expected.tolist())
 
 
 def two(gap_m: float, *reported: Collision, speeds_mps: tuple[float, float] = (5.0, 9.0)) -> object:
@@ -225,8 +243,8 @@ def test_whoever_is_looked_at_seldom_is_never_missed(seed: int) -> None:
         watched = set(contacts._touching(snapshot, subjects))
         centre_m, headings, half_m = boxes_of(snapshot, np.arange(len(ids))).placed()
         one, other = near_pairs(centre_m[:, 0], centre_m[:, 1], np.hypot(*half_m.T), subjects)
-        touching = overlap(centre_m, headings, half_m, one, other)
-        everybody = set(zip(one[touching].tolist(), other[touching].tolist(), strict=True))
+        overlapping = overlap(centre_m, headings, half_m, one, other)
+        everybody = set(zip(one[overlapping].tolist(), other[overlapping].tolist(), strict=True))
         assert {frozenset(pair) for pair in watched} == {frozenset(pair) for pair in everybody}
         found += len(watched)
     assert found > 20
