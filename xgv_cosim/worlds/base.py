@@ -72,7 +72,10 @@ class World(Protocol):
         ...
 
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
-        """Take a vehicle of the world into the placement from the next step on; it loses its stops."""
+        """Take a vehicle of the world into the placement from the next step on; it loses its stops.
+
+        One that is parked loses them when it moves: released before, it is parked as before.
+        """
         ...
 
     def release(self, vehicle_id: str) -> None:

@@ -14,6 +14,7 @@ from xgv_cosim.events import Event
 from xgv_cosim.recording import EVENTS, TRAJECTORY, read_trajectory
 from xgv_cosim.runs.warnings import warnings_of
 from xgv_cosim.scenario.loading import load_scenario
+from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.worlds.sumo.libraries import load_libsumo
 
 PARKED = '<stop lane="road_0" startPos="40" endPos="60" duration="{}" parking="true"/>'
@@ -122,6 +123,72 @@ def test_a_parked_car_that_starts_cold_is_bound_where_it_stands(tmp_path: Path) 
         assert run.vehicle_ids == ("ego",)
         run.run_until(20.0)
         assert (run.snapshot.front_x_m[0], run.snapshot.front_y_m[0]) == pytest.approx(parked_m, abs=1e-6)
+
+
+def leaves(folder: Path, duration_s: int, *, binds: bool) -> tuple[float, Snapshot]:
+    """Return when a parked car is on its lane again, bound cold from 12 to 23 s, and the world at 60 s."""
+    vehicles = car("ego", 10, 8, extra=PARKED.format(duration_s))
+    vehicles += car("other", 0, 12).replace('depart="0"', 'depart="20"')
+    with xgv_cosim.simulate(write_config(folder, vehicles, network("hello")), set=["duration_s=90"]) as run:
+        run.run_until(12.0)
+        parked_m, left_s = run.snapshot.pose_of(0), np.inf
+        if binds:
+            run.bind("ego", start="cold", stack="none", driver="none")
+        while run.now_s < 60.0:
+            if binds and run.now_s == pytest.approx(23.0):
+                run.release("ego")
+            seen = run.step()
+            row = seen.index_of["ego"]
+            if seen.lane[row] >= 0:
+                left_s = min(left_s, run.now_s)
+            elif left_s == np.inf:
+                assert seen.pose_of(row) == pytest.approx(parked_m, abs=1e-6)
+        seen.read_all()
+        told = {event.kind for event in run.state.journal.events}
+        assert told.isdisjoint({"world_note", "collision", "teleport"})
+        if left_s == np.inf and binds:
+            run.bind("ego")  # it is parked as before, and can be bound as before
+            run.run_until(70.0)
+            assert run.vehicle_ids == ("ego",)
+        return left_s, seen
+
+
+@pytest.mark.parametrize("duration_s", [40, 900])
+def test_a_parked_car_that_was_bound_cold_is_parked_on_after_its_release(
+    tmp_path: Path, duration_s: int
+) -> None:
+    """As if it had never been bound: SUMO's driver leaves the place when he would have."""
+    left_s, seen = leaves(tmp_path, duration_s, binds=True)
+    own_s, own = leaves(tmp_path, duration_s, binds=False)
+    assert left_s == own_s
+    assert (own_s == np.inf) is (duration_s == 900)
+    for column in ("front_x_m", "front_y_m", "speed_mps", "lane"):
+        np.testing.assert_array_equal(getattr(seen, column), getattr(own, column))
+
+
+def test_a_parked_car_that_should_have_left_meanwhile_leaves_after_its_release(tmp_path: Path) -> None:
+    left_s, seen = leaves(tmp_path, 10, binds=True)
+    assert 24.0 < left_s < 27.0  # behind the other car
+    assert seen.front_x_m[seen.index_of["other"]] > seen.front_x_m[seen.index_of["ego"]] > 300.0
+
+
+def test_a_parked_car_that_was_bound_cold_and_drives_off_is_parked_no_more(tmp_path: Path) -> None:
+    config = write_config(tmp_path, car("ego", 10, 8, extra=PARKED.format(40)), network("hello"))
+    with xgv_cosim.simulate(config, set=["duration_s=60"]) as run:
+        run.run_until(12.0)
+        run.bind("ego", start="cold", stack="none", driver="none")
+        run.run_until(15.0)
+        assert len(load_libsumo().vehicle.getStops("ego")) == 1
+        motion, slot = run.fleet.motion, run.fleet.slot_of("ego")
+        for _ in range(32):  # onto its lane
+            motion.y_m[slot] += 0.1
+            run.step()
+            motion = run.fleet.motion
+        assert load_libsumo().vehicle.getStops("ego") == ()
+        assert run.snapshot.lane[0] >= 0
+        run.release("ego")
+        run.run_until(30.0)
+        assert run.snapshot.speed_mps[0] > 5.0
 
 
 @pytest.mark.parametrize("start", ["cold", "handover"])

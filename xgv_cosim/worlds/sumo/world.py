@@ -198,6 +198,8 @@ class SumoWorld:
     def bind(self, vehicle_id: str, coupling: CouplingKind) -> None:
         """Take a vehicle of SUMO into the placement from the next step on; its stops are gone for good.
 
+        One that is parked loses them when it moves.
+
         Raises:
             WorldError: SUMO has no such vehicle now, or it is bound already.
         """
@@ -207,10 +209,8 @@ class SumoWorld:
         if vehicle_id not in self._snapshot.index_of:
             raise WorldError(f"SUMO has no vehicle {vehicle_id!r} at {self._snapshot.time_s} s")
         with session.failures():
-            self._snapshot.keep(
-                self._snapshot.index_of[vehicle_id]
-            )  # a parked car is nowhere without its stop
-            self._stops.drop(vehicle_id)
+            row = self._snapshot.index_of[vehicle_id]
+            self._stops.bind(vehicle_id, on_lane=self._snapshot.value("lane", row) >= 0)
         self._bindings.add(vehicle_id, coupling)
 
     def release(self, vehicle_id: str) -> None:
@@ -226,6 +226,7 @@ class SumoWorld:
         with session.failures():
             if here or vehicle_id in session.engine.vehicle.getTeleportingIDList():
                 self._bindings.give_back(vehicle_id, self._snapshot)
+                self._stops.give_back(vehicle_id)
             else:
                 self._bindings.forget(vehicle_id)
 
@@ -265,6 +266,7 @@ class SumoWorld:
         """
         session, before = self._open(), self._snapshot
         with session.failures():
+            self._stops.drop_moved(placement, before)
             self._bindings.write(placement, before)
         before.close()
         session.step()
@@ -282,6 +284,7 @@ class SumoWorld:
             snapshot.with_collisions(self._contacts.merged(snapshot, self._bindings.bound, subjects))
         for vehicle_id in snapshot.arrived:
             self._bindings.forget(vehicle_id)
+            self._stops.forget(vehicle_id)
         return snapshot
 
     def surroundings(self, vehicle_ids: Sequence[str]) -> Surroundings:
