@@ -7,7 +7,7 @@ been asked for by the next step is gone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -17,7 +17,7 @@ from xgv_cosim.errors import WorldError
 from xgv_cosim.snapshot import Collision, Snapshot
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
     from xgv_cosim.worlds.sumo.neighbours import Neighbours
@@ -32,6 +32,17 @@ class Cast:
     type_ids: tuple[str, ...]
     length_m: FloatColumn
     width_m: FloatColumn
+    _rows: dict[tuple[str, ...], IntColumn] = field(default_factory=dict)
+    """Rows that have been asked for: mostly those of the bound vehicles, in every step."""
+
+    def rows_of(self, ids: tuple[str, ...]) -> IntColumn:
+        """Return the row of each of some vehicles, -1 where it is not there; not to be written to."""
+        rows = self._rows.get(ids)
+        if rows is None:
+            rows = np.array([self.index_of.get(name, -1) for name in ids], np.int64)
+            rows.flags.writeable = False
+            self._rows[ids] = rows
+        return rows
 
 
 class Happened(NamedTuple):
@@ -120,8 +131,8 @@ class LazySnapshot(Snapshot):
 
     def read_all(self) -> None:
         """Read whatever has not been read yet, so that the snapshot can be kept."""
-        for field in fields(Snapshot):
-            getattr(self, field.name)
+        for each in fields(Snapshot):
+            getattr(self, each.name)
 
     def keep(self, row: int) -> None:
         """Read what SUMO knows of one vehicle now, before something is done to it between two steps."""
@@ -142,6 +153,12 @@ class LazySnapshot(Snapshot):
     def with_collisions(self, collisions: tuple[Collision, ...]) -> None:
         """Take note of contacts that were found after reading."""
         self.__dict__["collisions"] = collisions
+
+    def rows_of(self, vehicle_ids: Iterable[str]) -> IntColumn:
+        """Return the index of each of some vehicles, -1 where it is not there; not to be written to."""
+        if isinstance(vehicle_ids, tuple) and self.index_of is self.cast.index_of:
+            return self.cast.rows_of(vehicle_ids)
+        return super().rows_of(vehicle_ids)
 
     def has(self, name: str, row: int) -> bool:
         """Return whether a row of a column has been read, or still can be."""

@@ -11,12 +11,12 @@ from xgv_cosim.errors import WorldError
 from xgv_cosim.snapshot import Collision
 from xgv_cosim.worlds.sumo.bodies import Bodies
 from xgv_cosim.worlds.sumo.driven import Driven
-from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of
+from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of, for_each
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
 from xgv_cosim.worlds.sumo.ghosts import is_ghost
 from xgv_cosim.worlds.sumo.lazy_snapshot import Cast, Columns, Happened, LazySnapshot
 from xgv_cosim.worlds.sumo.neighbours import NeighbourReader, Neighbours
-from xgv_cosim.worlds.sumo.placing import TOLERANCE_M
+from xgv_cosim.worlds.sumo.placing import TOLERANCE_M, Way
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -57,6 +57,7 @@ class SnapshotReader:
         self._step_s = step_s
         self._bound = bound
         self._errors = errors_of(session.engine)
+        self._is_over_socket = isinstance(session.engine, OverSocket)
         self._is_reading = False
         self._bodies = Bodies(session.engine)
         self._neighbours = NeighbourReader(session.engine, road, self._bodies)
@@ -92,7 +93,7 @@ class SnapshotReader:
         happened = self._happened(notes)
         cast = self._cast
         columns = Columns(len(cast.ids))
-        rows = self._rows(written, cast)
+        rows = cast.rows_of(written.placement.ids)
         in_frame = np.zeros(len(cast.ids), np.bool_)
         here = rows >= 0
         in_frame[rows[here & written.in_lane_frame]] = True
@@ -116,10 +117,6 @@ class SnapshotReader:
             if self._is_reading:  # within the world's step, which ends with it
                 raise
             raise WorldError(f"SUMO cannot tell of the last step any more: {error}") from error
-
-    def _rows(self, written: Written, cast: Cast) -> IntColumn:
-        index_of = cast.index_of
-        return np.array([index_of.get(name, -1) for name in written.placement.ids], np.int64)
 
     def _happened(self, notes: Sequence[tuple[str, str]]) -> Happened:
         """Ask SUMO what it did, and who is there."""
@@ -160,7 +157,7 @@ class SnapshotReader:
         """Ask SUMO no more about a vehicle that it is about to lose."""
         self._lost.add(vehicle_id)
         self._forget(vehicle_id)
-        if self._driven is not None and vehicle_id in self._driven.ids:
+        if self._driven is not None:
             self._driven = self._driven.without(vehicle_id)
 
     def _forget(self, vehicle_id: str) -> None:
@@ -183,7 +180,7 @@ class SnapshotReader:
         columns.x_m[at], columns.y_m[at] = placement.front_x_m[posed], placement.front_y_m[posed]
         columns.heading_rad[at] = placement.heading_rad[posed]
         columns.has_pose[at] = True
-        self._driven = Driven.of(placement, rows)
+        self._driven = Driven(placement, rows)
         driven = np.flatnonzero(placement.computer_speed & is_here)
         in_frame = written.in_lane_frame[driven]
         sumos_mps = np.maximum(placement.speed_mps, 0.0)[driven]
@@ -197,6 +194,8 @@ class SnapshotReader:
         gained_mps = placement.speed_mps[onward] - before.of("speed_mps", written.rows_before[onward])
         columns.accel_mps2[rows[onward]] = gained_mps / self._step_s
         columns.has_motion[rows[driven]] = True
+        along_lane = self._fill_places(written, rows, columns, snapshot)
+        self._fill_poses(written, rows, columns, along_lane)
         steered = rows[is_here & placement.computer_steering]
         turned = columns.has_pose[steered]
         if not turned.all():
@@ -206,7 +205,16 @@ class SnapshotReader:
             easing = headings.rows_in(snapshot.index_of)
             snapshot.of("heading_rad", easing)
             headings.eased(before, snapshot.index_of, columns.heading_rad)
-        self._fill_places(written, rows, columns, snapshot)
+
+    def _fill_poses(self, written: Written, rows: IntColumn, columns: Columns, along_lane: IntColumn) -> None:
+        """Fill in the poses of those who were moved in their lanes: they follow from their places there."""
+        moved = along_lane[written.way[along_lane] == Way.LANE]
+        at, lateral_m = rows[moved], written.found["lateral_m"][moved]
+        centre = self._road.points_ahead(columns.lane[at], columns.position_m[at], np.full(len(at), -1))
+        columns.x_m[at] = centre.x_m - lateral_m * np.sin(centre.heading_rad)
+        columns.y_m[at] = centre.y_m + lateral_m * np.cos(centre.heading_rad)
+        columns.heading_rad[at] = written.placement.heading_rad[moved]
+        columns.has_pose[at] = True
 
     def _tell_speeds(
         self, ids: Sequence[str], driven: IntColumn, true_mps: FloatColumn, sumos_mps: FloatColumn
@@ -216,17 +224,20 @@ class SnapshotReader:
         In the frame of a lane SUMO's speed is the mean of the step; reverse it does not know at all.
         Measured: the next step is not disturbed by it.
         """
-        wrong = np.abs(np.maximum(true_mps, 0.0) - sumos_mps) > REPORTED_TOLERANCE_MPS
-        tell = self._engine.vehicle.setPreviousSpeed
-        for number in np.flatnonzero(wrong).tolist():
-            tell(ids[driven[number]], max(float(true_mps[number]), 0.0))
+        shown_mps = np.maximum(true_mps, 0.0)
+        wrong = np.abs(shown_mps - sumos_mps) > REPORTED_TOLERANCE_MPS
+        names = [ids[number] for number in driven[wrong].tolist()]
+        for_each(self._engine.vehicle.setPreviousSpeed, names, shown_mps[wrong].tolist())
 
     def _fill_places(
         self, written: Written, rows: IntColumn, columns: Columns, snapshot: LazySnapshot
-    ) -> None:
+    ) -> IntColumn:
         """Fill in lanes and positions that follow from what was written; ask SUMO for the others.
 
         Some of the first are asked for all the same, in turn: SUMO has the last word.
+
+        Returns:
+            Whose place was not asked for.
         """
         lane = written.seen.lane
         length_m = self._road.lane_length_m(lane)
@@ -238,12 +249,13 @@ class SnapshotReader:
         checked = np.flatnonzero(known & in_turn)
         if len(checked):
             self._check(written, rows, columns, checked, at_m)
-        if isinstance(self._engine, OverSocket):  # the same questions after every step travel in one message
+        if self._is_over_socket:  # the same questions after every step travel in one message
             spare = Columns(len(snapshot.ids))
             self.read_places(self._cast, spare, rows[known & ~in_turn].tolist())
         plain = np.flatnonzero(known & ~in_turn)
         columns.lane[rows[plain]], columns.position_m[rows[plain]] = lane[plain], at_m[plain]
         columns.has_place[rows[plain]] = True
+        return plain
 
     def _check(
         self, written: Written, rows: IntColumn, columns: Columns, checked: IntColumn, at_m: FloatColumn
