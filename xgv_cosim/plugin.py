@@ -219,7 +219,7 @@ class Plugin:
                 for vehicle_id in [name for name in self.vehicle_ids if name in present]:
                     self._simulation.world.release(vehicle_id)
             try:
-                self._end("the plugin was detached", quietly=quietly, may_take_time=not quietly)
+                self._end("the plugin was detached", quietly=quietly, goes_on=True)
             finally:
                 if self._hold.engine is not None:
                     self._hold.settle()  # after the world has taken back what is its own
@@ -265,23 +265,25 @@ class Plugin:
 
     def user_ends(self) -> None:
         """Forget the simulation that the script ends; what was asked for holds for the next one too."""
-        if not self.gives_way():
+        if self._parting is not None:
+            self._parting.end(goes_on=False)
+        else:
             self._end("the script has ended the simulation", quietly=False)
 
     def gives_way(self) -> bool:
         """Let go of the script if the plugin is detached but for hand-overs under way; return whether so."""
         if self._parting is not None:
-            self._parting.end()
+            self._parting.end(goes_on=True)
         return self._parting is not None
 
-    def _end(self, why: str, *, quietly: bool, may_take_time: bool = False) -> None:
+    def _end(self, why: str, *, quietly: bool, goes_on: bool = False) -> None:
         simulation, self._simulation = self._simulation, None
         if simulation is None:
             return
         for vehicle_id in [vehicle.vehicle_id for vehicle in simulation.state.vehicles]:
             lifecycle.release(simulation.state, vehicle_id, why)
-        if may_take_time and not simulation.is_over:
-            self._parting = Parting.of(self._world, self._hold)
+        if goes_on and self._world.is_open:
+            self._parting = Parting.of(self._world, self._hold, at_once=quietly or simulation.is_over)
         if self._parting is None:
             simulation.close()
         self._released.clear()

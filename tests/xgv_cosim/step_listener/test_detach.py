@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 from types import ModuleType
@@ -256,3 +258,58 @@ def test_detached_off_the_road_sumo_drives_on_from_the_nearest_lane(
     steps(script, 100)
     assert vehicle.getSpeed("ego") > 10.0
     assert script.module.vehicle.getTeleportingIDList() == ()
+
+
+ANEW = """
+from itertools import product
+from pathlib import Path
+import sys
+import libsumo
+from tests.xgv_cosim.step_listener.conftest import Script
+from tests.xgv_cosim.step_listener.scripts import command
+from tests.xgv_cosim.step_listener.test_detach import attach_to, shift_left, steps
+from tests.xgv_cosim.worlds.sumo_traffic import car
+
+folder, script = Path(sys.argv[1]), Script(libsumo)
+for how, released_before in product(["close", "detach", "load", "error"], [False, True]):
+    plugin = attach_to(script, folder, car("ego", 400, 10, kind="xgv"))
+    steps(script, 10)
+    shift_left(plugin, -8.0)
+    steps(script, 2)
+    if released_before:
+        plugin.release("ego")
+        steps(script, 5)
+    if how == "error":
+        plugin.__exit__(ValueError, ValueError(), None)
+    elif how != "close":
+        plugin.detach()
+    again = command(folder / "t.sumocfg")
+    if how == "load":
+        libsumo.load(again[1:])
+    else:
+        libsumo.close()
+        libsumo.start(again)
+    if how == "close":
+        plugin.detach()
+    steps(script, 2)
+    place = libsumo.vehicle.getLaneID("ego"), round(libsumo.vehicle.getPosition("ego")[0])
+    print(how, released_before, *place)
+    libsumo.close()
+"""
+
+
+def test_who_was_off_the_road_in_one_simulation_moves_nobody_in_the_next(tmp_path: Path) -> None:
+    """libsumo keeps a move that no step follows, and makes it in the next simulation of its process."""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", ANEW, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=Path(__file__).parents[3],
+    )
+    told = [line for line in done.stdout.splitlines() if "road_0" in line]
+    assert told == [
+        f"{how} {released_before} road_0 401"
+        for how in ("close", "detach", "load", "error")
+        for released_before in (False, True)
+    ], done.stderr

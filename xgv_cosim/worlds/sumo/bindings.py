@@ -95,10 +95,10 @@ class Bindings:
     @property
     def is_handing_over(self) -> bool:
         """Return whether a hand-over to SUMO's driver has not ended."""
-        return self._switching.is_under_way
+        return self._switching.is_under_way or self._held.is_returning
 
     def part(self) -> None:
-        """Take back what needs no time: ghosts go, who is held (a wreck, a car off the road) drives on."""
+        """Take back what needs no time: ghosts go, wrecks drive on, cars off the road with the next step."""
         self.ghosts.drop_lost()
         self.ghosts.show(())
         self._held.let_all_drive(frozenset(self._engine.vehicle.getIDList()))
@@ -110,6 +110,10 @@ class Bindings:
         """
         self.part()
         self._switching.settle(frozenset(self._engine.vehicle.getIDList()))
+
+    def bring_back(self) -> None:
+        """Have cars that wait off the road on it again: SUMO makes a step next, without us."""
+        self._held.bring_back(frozenset(self._engine.vehicle.getIDList()))
 
     def after_step(self) -> None:
         """Set right what SUMO's step has left, before anybody reads it."""

@@ -32,9 +32,15 @@ class Parting:
         self._is_over = False
 
     @classmethod
-    def of(cls, world: SumoWorld, hold: Hold) -> Self | None:
-        """Take back what needs no time; return what sees to the rest, None if there is no rest."""
-        world.part()
+    def of(cls, world: SumoWorld, hold: Hold, *, at_once: bool) -> Self | None:
+        """Take back what needs no time; return what sees to the rest, None if there is no rest.
+
+        Args:
+            world: See the class.
+            hold: See the class.
+            at_once: Take everything back but what needs SUMO's next step: cars off the road come back in it.
+        """
+        world.part(at_once=at_once)
         return cls(world, hold) if world.is_handing_over else None
 
     def step(self) -> None:
@@ -53,11 +59,17 @@ class Parting:
             self._world.close()
             self._hold.let_go_soon()
 
-    def end(self) -> None:
-        """Let go at once; what is still under way is taken back."""
+    def end(self, *, goes_on: bool) -> None:
+        """Let go at once; what is still under way is taken back.
+
+        Args:
+            goes_on: SUMO is stepped on, rather than ended.
+        """
         try:
             if not self._is_over:
                 self._is_over = True
+                if goes_on:
+                    self._world.bring_back()
                 self._world.close()
                 if self._hold.engine is not None:
                     self._hold.settle()

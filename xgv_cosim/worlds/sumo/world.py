@@ -109,6 +109,11 @@ class SumoWorld:
         return self._road
 
     @property
+    def is_open(self) -> bool:
+        """Return whether the world is started and neither closed nor failed."""
+        return self._session is not None and self._session.is_open
+
+    @property
     def messages(self) -> tuple[str, ...]:
         """Return SUMO's own warnings and errors so far, oldest first; kept after ``close``."""
         return self._session.messages if self._session is not None else self._messages
@@ -120,7 +125,7 @@ class SumoWorld:
             WorldError: A simulation is open in this process, or SUMO refuses its configuration.
             MissingLibraryError: libsumo cannot be loaded.
         """
-        if self._session is not None and self._session.is_open:
+        if self.is_open:
             raise WorldError("this world is started already; close it first")
         session = self._session = self._open_simulation()
         with session.failures():
@@ -318,9 +323,9 @@ class SumoWorld:
 
         What the last snapshot has of it stays readable; its id is free for another vehicle.
         """
-        session = self._session
-        if session is None or not session.is_open:
+        if not self.is_open:
             return
+        session = self._open()
         with session.failures():
             self._snapshot.lose(vehicle_id)
         self._reader.lose(vehicle_id)
@@ -333,15 +338,31 @@ class SumoWorld:
         """Return whether a hand-over to SUMO's driver has not ended."""
         return self._bindings.is_handing_over
 
-    def part(self) -> None:
-        """Take back what needs no time, when nobody is bound any more; ``close`` takes back the rest.
+    def part(self, *, at_once: bool = False) -> None:
+        """Take back what is in SUMO of us, when nobody is bound any more.
+
+        Args:
+            at_once: Also what eases hand-overs; else the next steps see to that, or ``close``.
 
         Raises:
             WorldError: The world is closed.
         """
         session = self._open()
         with session.failures():
-            self._bindings.part()
+            if at_once:
+                self._bindings.settle()
+            else:
+                self._bindings.part()
+
+    def bring_back(self) -> None:
+        """Have cars that wait off the road for the next step on it then: SUMO makes it without us.
+
+        Raises:
+            WorldError: The world is closed.
+        """
+        session = self._open()
+        with session.failures():
+            self._bindings.bring_back()
 
     def close(self) -> None:
         """End the simulation, whose last snapshot stays readable; does nothing when it is closed."""
@@ -353,8 +374,6 @@ class SumoWorld:
                 self._last.close()
                 self._last = None
             if self._session.is_open and self._session.goes_on:
-                # Where SUMO ends, libsumo would keep these last moves, and make them in the next simulation
-                # of this process, with whoever has the place in memory of those who were meant (measured).
                 with self._session.failures():
                     self._bindings.settle()
             self._session.close()
