@@ -1,7 +1,7 @@
 """Distance along the road: one axis through the most travelled edges, found in the trajectories.
 
 An edge is a bundle of parallel lanes; ids that end in ``_0``, ``_1``, ... (SUMO's custom) name its lanes
-from the right. Where one edge goes on into the next, and how far it is, is read off the vehicles that
+from the kerb. Where one edge goes on into the next, and how far it is, is read off the vehicles that
 drove over it, so that short pieces within a junction, which a fast car may skip, need no special care.
 """
 
@@ -26,7 +26,7 @@ class AlongRoad:
     distance_m: FloatColumn
     """Distance from the road's beginning, NaN elsewhere."""
     lane_index: IntColumn
-    """Number of the lane from the right, -1 elsewhere."""
+    """Number of the lane from the kerb, -1 elsewhere."""
     edges: tuple[str, ...]
     """The edges in driving order."""
     share: float
@@ -34,7 +34,7 @@ class AlongRoad:
 
 
 def edge_and_index(lane_id: str) -> tuple[str, int]:
-    """Return the edge of a lane and the lane's number on it, counted from the right."""
+    """Return the edge of a lane and the lane's number on it, counted from the kerb."""
     match = _LANE_OF_EDGE.match(lane_id)
     return (match["edge"], int(match["index"])) if match else (lane_id, 0)
 

@@ -47,7 +47,7 @@ def speed_colours() -> Colormap:
 
 
 def lanes_of(road: AlongRoad) -> tuple[int, ...]:
-    """Return the lane numbers that hold vehicles, from the left lane to the right one as on the road."""
+    """Return the lane numbers that hold vehicles, from the middle of the road to the kerb."""
     numbers = np.unique(road.lane_index[road.lane_index >= 0])
     return tuple(sorted(numbers.tolist(), reverse=True))[-MOST_LANES:]
 
@@ -101,8 +101,9 @@ def time_space(
 
 
 def _lane_title(lane: int, lanes: Sequence[int]) -> str:
-    side = " (right)" if lane == 0 else " (left)" if lane == max(lanes) and len(lanes) > 1 else ""
-    return f"Lane {lane}{side}"
+    if lane == 0:
+        return "Lane 0 (kerb)"
+    return f"Lane {lane}{' (middle of the road)' if lane == max(lanes) else ''}"
 
 
 def _draw_lane(

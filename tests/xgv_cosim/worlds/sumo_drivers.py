@@ -75,5 +75,5 @@ class WeavingDrivers:
         for place, (name, number) in enumerate(zip(ids, lane.tolist(), strict=True)):
             for best in self.vehicle.getBestLanes(name):
                 if best[0] == road.lane_ids[number]:
-                    shift_m[place] = road.widths_m[number] * best[3]
+                    shift_m[place] = road.widths_m[number] * best[3] * road.leftwards
         return shift_m

@@ -16,12 +16,14 @@ def run_tool(name: str, *arguments: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def signalised_grid(folder: Path, *, number: int = 4, length_m: float = 150.0, lanes: int = 2) -> Path:
+def signalised_grid(
+    folder: Path, *options: str, number: int = 4, length_m: float = 150.0, lanes: int = 2
+) -> Path:
     """Return a grid of streets with signals at every inner crossing; no car can turn round."""
     net = folder / "grid.net.xml"
     grid = ("--grid", "--grid.number", str(number), "--grid.length", str(length_m), "-L", str(lanes))
     signals = ("--tls.guess", "true", "--tls.guess.threshold", "1")
-    run_tool("netgenerate", *grid, *signals, "--no-turnarounds", "--precision", "6", "-o", str(net))
+    run_tool("netgenerate", *grid, *signals, "--no-turnarounds", "--precision", "6", "-o", str(net), *options)
     return net
 
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.random import Generator
 
 from xgv_cosim.actuation import CouplingKind
-from xgv_cosim.worlds.sumo.lane_table import point_ahead
+from xgv_cosim.worlds.sumo.lane_table import LaneTables, point_ahead
 from xgv_cosim.worlds.sumo.placing import DECISION, Seen, Wanted, Way, decide, decide_in_place, new_row
 from xgv_cosim.worlds.sumo.road import SumoRoad
 
@@ -31,7 +31,13 @@ def random_road(draw: Generator) -> SumoRoad:
         limits_mps=np.full(12, 13.9),
         edge_ids=tuple(f"e{i}" for i in range(12)),
         successors=tuple(successors),
+        leftwards=int(draw.choice([1, -1])),
     )
+
+
+def as_records(tables: LaneTables) -> LaneTables:
+    """Return tables whose rows plain Python can ask for their fields by name."""
+    return tables._replace(lanes=tables.lanes.view(np.recarray), vertices=tables.vertices.view(np.recarray))
 
 
 def random_step(draw: Generator, road: SumoRoad, n: int) -> tuple[Seen, Wanted]:
@@ -76,7 +82,7 @@ def test_the_compiled_loop_does_what_its_plain_python_does(seed: int) -> None:
         seen, wanted = random_step(draw, road, n)
         found = decide(road.tables, compiled, seen, wanted, STEP_S)
         expected = np.zeros(n, DECISION)
-        tables = type(road.tables)(*(table.view(np.recarray) for table in road.tables))
+        tables = as_records(road.tables)
         decide_in_place(tables, plain.view(np.recarray), seen, wanted, STEP_S, expected.view(np.recarray))
         for name in DECISION.names:
             np.testing.assert_allclose(found[name], expected[name], rtol=0.0, atol=1e-9, err_msg=name)
@@ -94,7 +100,7 @@ def test_points_of_one_lane_are_those_of_many(seed: int) -> None:
     lane, following = draw.integers(-1, 12, 400), draw.integers(-1, 12, 400)
     position_m = draw.uniform(-10.0, 250.0, 400)
     many = road.points_ahead(lane, position_m, following)
-    tables = type(road.tables)(*(table.view(np.recarray) for table in road.tables))
+    tables = as_records(road.tables)
     for number in range(400):
         one = point_ahead(tables, int(lane[number]), float(position_m[number]), int(following[number]))
         expected = many.x_m[number], many.y_m[number], many.heading_rad[number]
@@ -108,9 +114,7 @@ def test_what_is_exact_is_mirrored_after_five_steps_and_no_longer_when_it_is_not
     ways = []
     for step in range(9):
         along_m = 5.0 + 0.1 * step
-        point = point_ahead(
-            type(road.tables)(*(table.view(np.recarray) for table in road.tables)), 0, along_m + 0.1, -1
-        )
+        point = point_ahead(as_records(road.tables), 0, along_m + 0.1, -1)
         beside_m = 1.0 if step == 7 else 0.0
         seen = Seen(*(np.array([value]) for value in (True, 0, -1, along_m, 1.0, 0.5, 0.3, False)))
         pose = point.x_m - beside_m * point.sine, point.y_m + beside_m * point.cosine

@@ -42,10 +42,10 @@ def trips(net: Path, pairs: int, within_s: float) -> str:
 
 
 def drive(
-    folder: Path, kind: CouplingKind, duration_s: float, pairs: int, within_s: float
+    folder: Path, kind: CouplingKind, duration_s: float, pairs: int, within_s: float, *options: str
 ) -> dict[str, float]:
     """Drive all ``x`` with a swing of 1 m; return what was seen. Raises when one leaves its route."""
-    net = signalised_grid(folder, number=5)
+    net = signalised_grid(folder, *options, number=5)
     world = SumoWorld.headless(write_config(folder, trips(net, pairs, within_s), net), step_s=0.1, seed=1)
     try:
         snapshot = world.start()
@@ -91,8 +91,9 @@ def drive(
         world.close()
 
 
-def test_bound_cars_keep_route_and_pose_through_signals(tmp_path: Path) -> None:
-    seen = drive(tmp_path, CouplingKind.AUTO, 30.0, pairs=6, within_s=6.0)
+@pytest.mark.parametrize("options", [(), ("--lefthand",)])
+def test_bound_cars_keep_route_and_pose_through_signals(tmp_path: Path, options: tuple[str, ...]) -> None:
+    seen = drive(tmp_path, CouplingKind.AUTO, 30.0, 6, 6.0, *options)
     assert seen["bound"] == 6
     assert seen["swing_m"] > 0.95
     assert seen["error_m"] <= TOLERANCE_M
@@ -103,7 +104,7 @@ def test_bound_cars_keep_route_and_pose_through_signals(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [CouplingKind.AUTO, CouplingKind.FREE])
 def test_no_bound_car_loses_its_route_in_ten_minutes(tmp_path: Path, kind: CouplingKind) -> None:
-    seen = drive(tmp_path, kind, 600.0, pairs=100, within_s=500.0)
+    seen = drive(tmp_path, kind, 600.0, 100, 500.0)
     assert seen["bound"] == 100
     assert seen["arrived"] > 50
     assert seen["error_m"] <= TOLERANCE_M

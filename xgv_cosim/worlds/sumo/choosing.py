@@ -17,7 +17,7 @@ from xgv_cosim.worlds.sumo.couplings import (
 from xgv_cosim.worlds.sumo.placing import Way, Yields
 
 if TYPE_CHECKING:
-    from xgv_cosim.worlds.sumo.engine import Engine
+    from xgv_cosim.worlds.sumo.lane_frame import LaneFrame
 
 WHY_FREE = {
     Yields.OFF_ROAD: "off the road, where SUMO drives nobody",
@@ -30,15 +30,16 @@ WHY_FREE = {
 class Couplings:
     """One of each kind."""
 
-    def __init__(self, engine: Engine, step_s: float) -> None:
-        self.free = FreeCoupling(engine, step_s)
+    def __init__(self, frame: LaneFrame) -> None:
+        self.frame = frame
+        self.free = FreeCoupling(frame.engine, frame.step_s)
         self.by_way: dict[Way, Coupling] = {
             Way.FREE: self.free,
-            Way.LANE: LaneCoupling(engine, step_s),
-            Way.MIRROR: MirrorCoupling(engine, step_s),
-            Way.LANE_CHANGE_ENDING: LaneChangeEnding(engine, step_s),
-            Way.LANE_KEEPING: LaneKeeping(engine, step_s),
-            Way.CAR_FOLLOWING: CarFollowing(engine),
+            Way.LANE: LaneCoupling(frame),
+            Way.MIRROR: MirrorCoupling(frame),
+            Way.LANE_CHANGE_ENDING: LaneChangeEnding(frame),
+            Way.LANE_KEEPING: LaneKeeping(frame),
+            Way.CAR_FOLLOWING: CarFollowing(frame),
             Way.WORLD_DRIVER: WorldDriver(),
         }
 

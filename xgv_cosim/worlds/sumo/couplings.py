@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
     from xgv_cosim.worlds.sumo.engine import Engine
+    from xgv_cosim.worlds.sumo.lane_frame import LaneFrame
 
 ALL_SPEED_CHECKS = 31
 NO_SPEED_CHECKS = 0
@@ -132,14 +133,13 @@ class FreeCoupling:
 class LaneCoupling:
     """Speed and lateral position from the plant, within the lane that SUMO keeps. Forward only."""
 
-    engine: Engine
-    step_s: float
+    frame: LaneFrame
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, targets: Targets) -> None:
         """Move the vehicles by the distance that the plant has driven, beside the lane's centre."""
-        _in_lane(self.engine, self.step_s, targets, targets.travelled_m)
+        self.frame.place(targets.ids, targets.travelled_m, targets.lateral_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,22 +149,13 @@ class MirrorCoupling:
     Unlike ``LaneCoupling`` it follows the pose rather than the distance driven, so that errors do not add up.
     """
 
-    engine: Engine
-    step_s: float
+    frame: LaneFrame
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, targets: Targets) -> None:
         """Move the vehicles to the plant's place along and across their lanes."""
-        _in_lane(self.engine, self.step_s, targets, targets.along_m)
-
-
-def _in_lane(engine: Engine, step_s: float, targets: Targets, distances_m: Sequence[float]) -> None:
-    """Move vehicles along their lanes in one step, beside the centre."""
-    set_speed, set_lateral = engine.vehicle.setSpeed, engine.vehicle.setLateralLanePosition
-    for name, distance_m, lateral_m in zip(targets.ids, distances_m, targets.lateral_m, strict=True):
-        set_speed(name, max(distance_m, 0.0) / step_s)
-        set_lateral(name, lateral_m)
+        self.frame.place(targets.ids, targets.along_m, targets.lateral_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,48 +168,45 @@ class LaneChangeEnding:
     the lateral position that is written.
     """
 
-    engine: Engine
-    step_s: float
+    frame: LaneFrame
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, targets: Targets) -> None:
         """Move the vehicles to the plant's place along and across their lanes."""
-        sideways = self.engine.vehicle.getLateralSpeed
         less_own_m = [
-            lateral_m - sideways(name) * self.step_s
+            lateral_m - self.frame.drift_m(name)
             for name, lateral_m in zip(targets.ids, targets.lateral_m, strict=True)
         ]
-        _in_lane(self.engine, self.step_s, targets._replace(lateral_m=less_own_m), targets.along_m)
+        self.frame.place(targets.ids, targets.along_m, less_own_m)
 
 
 @dataclass(frozen=True, slots=True)
 class LaneKeeping:
     """Speed from the plant; the world's driver keeps the lane (computer brakes, driver steers)."""
 
-    engine: Engine
-    step_s: float
+    frame: LaneFrame
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, targets: Targets) -> None:
         """Move the vehicles along their lanes by the distance that the plant has driven."""
         for name, travelled_m in zip(targets.ids, targets.travelled_m, strict=True):
-            self.engine.vehicle.setSpeed(name, max(travelled_m, 0.0) / self.step_s)
+            self.frame.move(name, travelled_m)
 
 
 @dataclass(frozen=True, slots=True)
 class CarFollowing:
     """Lateral position from the plant; SUMO's car-following model governs speed (manual speed)."""
 
-    engine: Engine
+    frame: LaneFrame
     speed_mode: int = ALL_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, targets: Targets) -> None:
         """Set the lateral positions."""
         for name, lateral_m in zip(targets.ids, targets.lateral_m, strict=True):
-            self.engine.vehicle.setLateralLanePosition(name, lateral_m)
+            self.frame.shift(name, lateral_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,13 +256,13 @@ def let_drive(engine: Engine, held: Targets) -> None:
 class LateralEasing:
     """Brings vehicles that the world's driver steers to the centre of their lane, at a bounded rate."""
 
-    engine: Engine
-    step_s: float
+    frame: LaneFrame
     _offsets_m: dict[str, float] = field(default_factory=dict)
+    """How far left of the centre each of them is."""
 
-    def begin(self, vehicle_id: str) -> None:
-        """The world's driver takes the wheel."""
-        self._offsets_m[vehicle_id] = self.engine.vehicle.getLateralLanePosition(vehicle_id)
+    def begin(self, vehicle_id: str, left_m: float) -> None:
+        """The world's driver takes the wheel of a car so far to the left of its lane's centre."""
+        self._offsets_m[vehicle_id] = left_m
 
     def end(self, vehicle_id: str) -> None:
         """The computer takes the wheel, or the vehicle is gone."""
@@ -294,15 +282,15 @@ class LateralEasing:
         """Have all who are there at the centre: nobody will move them on."""
         for vehicle_id in self._offsets_m:
             if vehicle_id in present:
-                self.engine.vehicle.setLateralLanePosition(vehicle_id, 0.0)
+                self.frame.shift(vehicle_id, 0.0)
         self._offsets_m.clear()
 
     def advance(self) -> None:
         """Move every vehicle by one step's share towards the centre."""
-        most_m = EASING_RATE_MPS * self.step_s
+        most_m = EASING_RATE_MPS * self.frame.step_s
         for vehicle_id, offset_m in list(self._offsets_m.items()):
             eased_m = offset_m - max(-most_m, min(most_m, offset_m))
-            self.engine.vehicle.setLateralLanePosition(vehicle_id, eased_m)
+            self.frame.shift(vehicle_id, eased_m)
             if eased_m:
                 self._offsets_m[vehicle_id] = eased_m
             else:

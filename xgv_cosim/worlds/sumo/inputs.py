@@ -15,12 +15,14 @@ from xgv_cosim.worlds.sumo.options import INPUT_FILES, Option, files_of, full_na
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from typing import IO
 
 _XML_OPTIONS = frozenset({"net-file", "route-files", "additional-files", "weight-files", "load-state"})
 
 
-_TRUE = frozenset({"1", "yes", "true", "on", "x", "t"})
+TRUE = frozenset({"1", "yes", "true", "on", "x", "t"})
 """What SUMO takes for true."""
+_PIECE_BYTES = 65536
 
 
 class InputFile(NamedTuple):
@@ -117,7 +119,7 @@ def _is_above_zero(value: str) -> bool:
 
 _MODELS = {
     "lateral-resolution": ("sublane model", _is_above_zero),
-    "mesosim": ("mesoscopic model", lambda value: value.lower() in _TRUE),
+    "mesosim": ("mesoscopic model", lambda value: value.lower() in TRUE),
 }
 """Models of SUMO that cannot be used: what they are, and whether the value of the option chooses them."""
 
@@ -138,6 +140,24 @@ def _check_network(file: Path) -> None:
         )
 
 
+def network_attributes(file: Path) -> dict[str, str] | None:
+    """Return what a network file says of the whole network; None: there is no such file here."""
+    roots: list[dict[str, str]] = []
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = lambda _, attributes: roots.append(attributes)
+    try:
+        with _opened(file) as stream:
+            while not roots and (piece := stream.read(_PIECE_BYTES)):
+                parser.Parse(piece)
+    except (expat.ExpatError, OSError):
+        return None
+    return roots[0] if roots else None
+
+
+def _opened(file: Path) -> IO[bytes] | gzip.GzipFile:
+    return gzip.open(file, "rb") if file.suffix == ".gz" else file.open("rb")
+
+
 def _parse(
     file: Path,
     start_element: Callable[[str, dict[str, str]], None] | None = None,
@@ -150,9 +170,8 @@ def _parse(
     parser.StartElementHandler = start_element
     parser.EndElementHandler = end_element
     parser.CharacterDataHandler = text
-    opener = gzip.open if file.suffix == ".gz" else Path.open
     try:
-        with opener(file, "rb") as stream:
+        with _opened(file) as stream:
             parser.ParseFile(stream)
     except expat.ExpatError as error:
         raise WorldConfigurationError(f"SUMO input file {file} is not well-formed XML: {error}") from error

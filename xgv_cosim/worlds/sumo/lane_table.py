@@ -52,6 +52,8 @@ class LaneTables(NamedTuple):
     the numbers of its first and last vertex; where it goes on when it has only one way to, else -1."""
     vertices: Table
     """Rows of ``VERTEX``: place, distance from the lane's beginning, direction to the next vertex."""
+    leftwards: int
+    """See ``SumoRoad.leftwards``."""
 
 
 class LanePoint(NamedTuple):
@@ -65,7 +67,11 @@ class LanePoint(NamedTuple):
 
 
 def tables_of(
-    shapes: Sequence[FloatMatrix], lengths_m: FloatColumn, widths_m: FloatColumn, only_successor: IntColumn
+    shapes: Sequence[FloatMatrix],
+    lengths_m: FloatColumn,
+    widths_m: FloatColumn,
+    only_successor: IntColumn,
+    leftwards: int = 1,
 ) -> LaneTables:
     """Return the tables of lanes.
 
@@ -74,6 +80,7 @@ def tables_of(
         lengths_m: SUMO's length of each lane.
         widths_m: Width of each lane.
         only_successor: Where each goes on when it has only one way to, else -1.
+        leftwards: See ``SumoRoad.leftwards``.
     """
     lanes = np.zeros(len(shapes), LANE)
     lanes["length_m"], lanes["width_m"], lanes["only_successor"] = lengths_m, widths_m, only_successor
@@ -90,7 +97,7 @@ def tables_of(
         rows["at_m"] = drawn_m / lane["scale"]
         rows["heading_rad"] = np.arctan2(steps[:, 1], steps[:, 0])
     vertices["cosine"], vertices["sine"] = np.cos(vertices["heading_rad"]), np.sin(vertices["heading_rad"])
-    return LaneTables(lanes, vertices)
+    return LaneTables(lanes, vertices, leftwards)
 
 
 @inlinable

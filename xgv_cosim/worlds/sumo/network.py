@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from xgv_cosim.worlds.sumo.engine import Engine
     from xgv_cosim.worlds.sumo.road import SumoRoad
 
-_LEFT, _RIGHT = 1, -1
-
 
 class Link(NamedTuple):
     """One way on from the end of a lane."""
@@ -37,9 +35,11 @@ class SumoNetwork:
     is_internal: tuple[bool, ...]
     """Inside a junction."""
     lanes_of: dict[str, tuple[int, ...]]
-    """The lanes of each edge, from right to left."""
+    """The lanes of each edge, the one at the kerb first."""
     place: tuple[int, ...]
-    """Each lane's place in its edge, 0: rightmost."""
+    """Each lane's place in its edge, 0: at the kerb."""
+    leftwards: int
+    """By how much the place of a lane grows from one to its left, see ``SumoRoad.leftwards``."""
     before: tuple[tuple[int, ...], ...]
     """The lanes from which one comes onto each lane."""
     allowed: tuple[frozenset[str], ...]
@@ -87,13 +87,14 @@ class SumoNetwork:
             is_internal=tuple(lane_id.startswith(":") for lane_id in road.lane_ids),
             lanes_of=lanes_of,
             place=tuple(lanes_of[road.edge_ids[index]].index(index) for index in range(len(road.lane_ids))),
+            leftwards=road.leftwards,
             before=tuple(map(tuple, before)),
             allowed=tuple(frozenset(lane.getAllowed(lane_id)) for lane_id in road.lane_ids),
             may_leave_left=tuple(
-                frozenset(lane.getChangePermissions(lane_id, _LEFT)) for lane_id in road.lane_ids
+                frozenset(lane.getChangePermissions(lane_id, road.leftwards)) for lane_id in road.lane_ids
             ),
             may_leave_right=tuple(
-                frozenset(lane.getChangePermissions(lane_id, _RIGHT)) for lane_id in road.lane_ids
+                frozenset(lane.getChangePermissions(lane_id, -road.leftwards)) for lane_id in road.lane_ids
             ),
             signal_of_first={first: signal for (_, first), signal in signals.items()},
         )
@@ -111,13 +112,13 @@ class SumoNetwork:
         if permitted and vehicle_class not in permitted:
             return -1
         lanes = self.lanes_of_edge_at(lane)
-        place = self.place[lane] + side
+        place = self.place[lane] + side * self.leftwards
         if not 0 <= place < len(lanes) or not self.may_use(lanes[place], vehicle_class):
             return -1
         return lanes[place]
 
     def lanes_of_edge_at(self, lane: int) -> tuple[int, ...]:
-        """Return all lanes of the edge that a lane belongs to, from right to left."""
+        """Return all lanes of the edge that a lane belongs to, the one at the kerb first."""
         return self._siblings[lane]
 
     @cached_property

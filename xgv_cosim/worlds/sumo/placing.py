@@ -374,6 +374,8 @@ def decide_in_place(
             way = Way.FREE if yields != Yields.NOTHING else asked
         row.yields = yields
         found.way = way
+        if way == Way.FREE and row.way == Way.FREE and place.position_m > tables.lanes[lane].length_m:
+            row.crossing_m *= tables.leftwards  # ``moveToXY`` counts to the left in every network
         if _by_driver(way) or not (_by_driver(row.way) or row.changes_lane):
             row.changes_lane = False
         else:

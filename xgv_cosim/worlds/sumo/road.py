@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from xgv_cosim.road import LanePoints
+from xgv_cosim.worlds.sumo.handedness import is_left_hand
 from xgv_cosim.worlds.sumo.lane_table import LaneTables, tables_of
 
 if TYPE_CHECKING:
@@ -66,6 +67,8 @@ class SumoRoad:
     """For each lane (edge reached, first lane on the way there), the junction's own lane if it has one."""
     junctions: tuple[frozenset[str], ...] = ()
     """Names of the junctions that each lane leads between, or of the one that it is inside of."""
+    leftwards: int = 1
+    """By how much a lane's number on its edge grows from one to its left: 1, in left-hand networks -1."""
 
     @classmethod
     def read(cls, engine: Engine) -> SumoRoad:
@@ -73,9 +76,10 @@ class SumoRoad:
         lane = engine.lane
         ids: tuple[str, ...] = tuple(lane.getIDList())
         number = {lane_id: index for index, lane_id in enumerate(ids)}
+        shapes = {lane_id: drawable(np.array(lane.getShape(lane_id))[:, :2]) for lane_id in ids}
         return cls(
             lane_ids=ids,
-            shapes=tuple(drawable(np.array(lane.getShape(lane_id))[:, :2]) for lane_id in ids),
+            shapes=tuple(shapes.values()),
             lengths_m=np.array([lane.getLength(lane_id) for lane_id in ids], np.float64),
             widths_m=np.array([lane.getWidth(lane_id) for lane_id in ids], np.float64),
             limits_mps=np.array([lane.getMaxSpeed(lane_id) for lane_id in ids], np.float64),
@@ -87,6 +91,7 @@ class SumoRoad:
                 for lane_id in ids
             ),
             junctions=_junctions(engine, ids),
+            leftwards=-1 if is_left_hand(engine, shapes) else 1,
         )
 
     @cached_property
@@ -148,7 +153,7 @@ class SumoRoad:
     @cached_property
     def tables(self) -> LaneTables:
         """Return the lanes for compiled code."""
-        return tables_of(self.shapes, self.lengths_m, self.widths_m, self._only_successor)
+        return tables_of(self.shapes, self.lengths_m, self.widths_m, self._only_successor, self.leftwards)
 
     def lane_length_m(self, lane: IntColumn) -> FloatColumn:
         """Return the length of each lane, 0 off-road."""
@@ -172,7 +177,7 @@ class SumoRoad:
 
     @cached_property
     def _beside(self) -> dict[tuple[str, int], int]:
-        """(edge, place from the right) -> lane, of all edges between junctions."""
+        """(edge, place from the kerb) -> lane, of all edges between junctions."""
         return {
             (edge_id, int(lane_id.rpartition("_")[2])): number
             for number, (lane_id, edge_id) in enumerate(zip(self.lane_ids, self.edge_ids, strict=True))
@@ -182,11 +187,11 @@ class SumoRoad:
     def beside(self, lane: int, side: int) -> int:
         """Return the lane of the same edge to the left (1) or right (-1), -1: none, or inside a junction."""
         place = int(self.lane_ids[lane].rpartition("_")[2])
-        return self._beside.get((self.edge_ids[lane], place + side), -1)
+        return self._beside.get((self.edge_ids[lane], place + side * self.leftwards), -1)
 
     @cached_property
     def _innermost(self) -> dict[str, int]:
-        """The leftmost lane of each edge between junctions."""
+        """The lane next to the oncoming ones, of each edge between junctions."""
         innermost: dict[str, int] = {}
         for (edge_id, _), lane in sorted(self._beside.items()):
             innermost[edge_id] = lane

@@ -96,7 +96,8 @@ def _plan_edge(
             ),
         )
         onward, reach_m, _ = straight[lane]
-        choices[lane] = LaneChoice(onward, reach_m, place[best_lane] - place[lane], straight[best_lane][2])
+        changes = (place[best_lane] - place[lane]) * network.leftwards
+        choices[lane] = LaneChoice(onward, reach_m, changes, straight[best_lane][2])
     return choices
 
 

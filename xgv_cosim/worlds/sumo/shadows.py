@@ -3,7 +3,9 @@
 With a duration of lane changes (``--lanechange.duration``) SUMO has a vehicle that it puts onto a lane also
 in the lane beside, if its body reaches over the line, and leaves it there for as long as it stays on that
 edge, wherever it is placed then (measured): who drives in the lane that it has left waits behind nobody, and
-SUMO crashes when the vehicle goes off the road while its rear is still on the edge before.
+SUMO crashes when the vehicle goes off the road while its rear is still on the edge before. Which lane that is
+depends on SUMO's own idea of where the vehicle is across its lane; in left-hand networks it is the wrong one
+(``lane_frame``).
 """
 
 from __future__ import annotations

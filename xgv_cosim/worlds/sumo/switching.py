@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from xgv_cosim.worlds.sumo.couplings import NO_SPEED_CHECKS, LateralEasing, enter
 from xgv_cosim.worlds.sumo.handover import HeadingEasing, SpeedEasing
 from xgv_cosim.worlds.sumo.placing import Way
@@ -25,7 +27,8 @@ class Switching:
     def __init__(self, engine: Engine, road: SumoRoad, step_s: float, couplings: Couplings) -> None:
         self._engine = engine
         self._couplings = couplings.by_way
-        self._lateral = LateralEasing(engine, step_s)
+        self._road = road
+        self._lateral = LateralEasing(couplings.frame)
         self._speed = SpeedEasing(engine, road, step_s)
         self.headings = HeadingEasing(step_s)
 
@@ -42,7 +45,10 @@ class Switching:
             self._lateral.end(vehicle_id)
             self.headings.end(vehicle_id)
         elif left is not None and before not in _STEERED_BY_DRIVER:
-            self._lateral.begin(vehicle_id)
+            if row is not None and (lane := int(now.value("lane", row))) >= 0:
+                front_x_m, front_y_m, _ = now.pose_of(row)
+                _, left_m = self._road.project(lane, np.array([front_x_m]), np.array([front_y_m]))
+                self._lateral.begin(vehicle_id, float(left_m[0]))
             self.headings.begin(vehicle_id)
 
     @property

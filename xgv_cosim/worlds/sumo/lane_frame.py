@@ -1,0 +1,46 @@
+"""How SUMO is told where a vehicle is in the frame of its lane: by its speed along it, an offset across it.
+
+SUMO counts offsets and moves across lanes towards the lane with the next higher number. Lane 0 is the
+one at the kerb, so that is to the left, and in left-hand networks to the right (measured). Freely placed
+vehicles are an exception: ``moveToXY`` counts their offset to the left in every network, so that SUMO would
+have them on the other side of the centre line in the first step in which nobody writes their offset.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from xgv_cosim.worlds.sumo.engine import Engine
+
+
+@dataclass(frozen=True, slots=True)
+class LaneFrame:
+    """Writes vehicles of an open simulation in the frame of their lanes."""
+
+    engine: Engine
+    step_s: float
+    leftwards: int = 1
+    """See ``SumoRoad.leftwards``."""
+
+    def place(self, ids: Sequence[str], distances_m: Sequence[float], left_m: Sequence[float]) -> None:
+        """Have vehicles go so far along their lanes in the coming step, and be so far left of the centre."""
+        for name, distance_m, offset_m in zip(ids, distances_m, left_m, strict=True):
+            self.move(name, distance_m)
+            self.shift(name, offset_m)
+
+    def move(self, vehicle_id: str, distance_m: float) -> None:
+        """Have a vehicle go so far along its lane in the coming step; forward only."""
+        self.engine.vehicle.setSpeed(vehicle_id, max(distance_m, 0.0) / self.step_s)
+
+    def shift(self, vehicle_id: str, left_m: float) -> None:
+        """Have a vehicle so far to the left of its lane's centre line after the coming step."""
+        self.engine.vehicle.setLateralLanePosition(vehicle_id, self.leftwards * left_m)
+
+    def drift_m(self, vehicle_id: str) -> float:
+        """Return how far to the left SUMO itself moves a vehicle in the coming step."""
+        sideways_mps: float = self.engine.vehicle.getLateralSpeed(vehicle_id)
+        return self.leftwards * sideways_mps * self.step_s
