@@ -68,6 +68,8 @@ class Snapshot:
     """Who was not in the snapshot before: entered the world, was there from its start, or came back."""
     arrived: tuple[str, ...] = ()
     teleported: tuple[str, ...] = ()
+    teleported_from: tuple[str, ...] = ()
+    """The edge of its route from which each of them was taken, empty where the world does not know it."""
     collisions: tuple[Collision, ...] = ()
     notes: tuple[tuple[str, str], ...] = field(default=())
     """(vehicle id, text) about things the world did, for example a coupling that gave way to another."""
@@ -82,10 +84,6 @@ class Snapshot:
 
         What such a world has not read by its next step is gone, and asking for it then is an error.
         """
-
-    def has(self, name: str, row: int) -> bool:  # noqa: ARG002 - for worlds that read on demand
-        """Return whether a row of a column can still be asked for."""
-        return True
 
     def of(self, name: str, rows: IntColumn) -> Any:  # noqa: ANN401 - a column of the name's own type
         """Return the values of some rows of a column; where columns are read on demand, only these are."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-SNAPSHOT_LISTS = {"time_s", "departed", "arrived", "teleported", "collisions", "notes"}
+SNAPSHOT_LISTS = {"time_s", "departed", "arrived", "teleported", "teleported_from", "collisions", "notes"}
 """What of a snapshot is no column."""
 
 

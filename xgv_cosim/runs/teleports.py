@@ -8,7 +8,7 @@ from typing import Any
 
 from xgv_cosim.events import Event
 
-_SAID = re.compile(r"Teleporting vehicle '(?P<vehicle>.+?)'; (?P<why>.+?), lane='")
+_SAID = re.compile(r"Teleporting vehicle '(?P<vehicle>.+?)'; (?P<why>.+?), lane='(?P<lane>.*?)'")
 """Message of SUMO as it takes a vehicle off the road."""
 
 
@@ -19,20 +19,22 @@ def teleport_rows(events: Iterable[Event], messages: Sequence[str]) -> list[dict
         events: Of the whole run, in order.
         messages: SUMO's warnings, in order.
     """
-    said: dict[str, list[str]] = {}
+    said: dict[str, list[tuple[str, str]]] = {}
     for found in filter(None, map(_SAID.search, messages)):
-        said.setdefault(found["vehicle"], []).append(found["why"])
+        said.setdefault(found["vehicle"], []).append((found["why"], found["lane"]))
     rows = []
     for event in events:
         if event.kind == "teleport":
-            whys = said.get(event.vehicle)
+            heard = said.get(event.vehicle)
+            why, lane = heard.pop(0) if heard else (None, "")
+            place, is_bound = event.reasons[0], event.before == "bound"
             rows.append(
                 {
                     "t_s": event.t_s,
                     "vehicle": event.vehicle,
-                    "bound": event.before == "bound",
-                    "place": event.reasons[0] if event.reasons else None,
-                    "why": whys.pop(0) if whys else None,
+                    "bound": is_bound,
+                    "place": place if is_bound or not lane else f"lane {lane}",
+                    "why": why,
                 }
             )
     return rows

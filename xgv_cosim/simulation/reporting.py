@@ -214,18 +214,21 @@ def note_world(state: RunState, snapshot: Snapshot) -> None:
 
 
 def note_teleports(state: RunState, road: Road, before: Snapshot, snapshot: Snapshot) -> None:
-    """Enter whom the world took off the road, whether bound, and from where."""
-    for vehicle_id in snapshot.teleported:
-        row, place = before.index_of.get(vehicle_id), "not on the road before"
-        if row is not None:
+    """Enter whom the world took off the road, whether bound, and from where.
+
+    Where others than bound vehicles were in the step before is read only if somebody looks; so of them the
+    edge is told, whoever looks.
+    """
+    for vehicle_id, edge in zip(snapshot.teleported, snapshot.teleported_from, strict=True):
+        row, is_bound = before.index_of.get(vehicle_id), vehicle_id in state.vehicles
+        place = f"edge {edge}" if edge else "the last edge of its route"
+        if is_bound and row is not None:
             place = _place(road, before, row)
-        state.note(vehicle_id, "teleport", "bound" if vehicle_id in state.vehicles else "", "", (place,))
+        state.note(vehicle_id, "teleport", "bound" if is_bound else "", "", (place,))
 
 
 def _place(road: Road, snapshot: Snapshot, row: int) -> str:
-    """Return in words where a vehicle was; nobody may have looked at one that is not bound."""
-    if not (snapshot.has("lane", row) and snapshot.has("speed_mps", row)):
-        return "place not looked at"
+    """Return in words where a bound vehicle was."""
     lane = int(snapshot.value("lane", row))
     where = f"lane {road.lane_ids[lane]} at {snapshot.value('lane_position_m', row):.1f} m"
     return f"{where if lane >= 0 else 'off the road'}, {snapshot.value('speed_mps', row):.1f} m/s"

@@ -57,8 +57,6 @@ def test_what_was_not_read_is_gone_with_the_next_step_and_says_so(sumo: NewWorld
         _ = first.front_x_m
     with pytest.raises(WorldError, match=r"not read before SUMO went on"):
         _ = first.leader
-    assert first.has("speed_mps", 0)
-    assert not first.has("lane", 0)
 
 
 def test_only_the_rows_that_are_asked_for_are_read(sumo: NewWorld, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,6 +52,7 @@ class Happened(NamedTuple):
     departed: tuple[str, ...] = ()
     arrived: tuple[str, ...] = ()
     teleported: tuple[str, ...] = ()
+    teleported_from: tuple[str, ...] = ()
     collisions: tuple[Collision, ...] = ()
     notes: tuple[tuple[str, str], ...] = ()
 
@@ -159,16 +160,6 @@ class LazySnapshot(Snapshot):
         if isinstance(vehicle_ids, tuple) and self.index_of is self.cast.index_of:
             return self.cast.rows_of(vehicle_ids)
         return super().rows_of(vehicle_ids)
-
-    def has(self, name: str, row: int) -> bool:
-        """Return whether a row of a column has been read, or still can be."""
-        columns = self._columns
-        known = {
-            "lane": columns.has_place,
-            "lane_position_m": columns.has_place,
-            "speed_mps": columns.has_motion,
-        }
-        return self._source is not None or bool(known.get(name, columns.has_pose)[row])
 
     def of(self, name: str, rows: IntColumn) -> Any:  # noqa: ANN401 - a column of the name's own type
         """Return the values of some rows of a column; nobody else's is read."""

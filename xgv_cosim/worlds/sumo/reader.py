@@ -141,7 +141,14 @@ class SnapshotReader:
                 self._cast = self._new_cast(ids)
             self._lost.clear()
         time_s = round(simulation.getTime() - self._session.begin_s, 3)  # SUMO counts milliseconds
-        return Happened(time_s, departed, arrived, teleported, collisions, tuple(notes))
+        left = tuple("" if name in arrived else self._edge_left_by(name) for name in teleported)
+        return Happened(time_s, departed, arrived, teleported, left, collisions, tuple(notes))
+
+    def _edge_left_by(self, vehicle_id: str) -> str:
+        """Return from which edge a vehicle was taken in this step: SUMO has it on the next one already."""
+        vehicle = self._engine.vehicle
+        edge: str = vehicle.getRoute(vehicle_id)[max(vehicle.getRouteIndex(vehicle_id) - 1, 0)]
+        return edge
 
     def _new_cast(self, ids: tuple[str, ...]) -> Cast:
         bodies = [self._bodies.of(name) for name in ids]
