@@ -10,9 +10,10 @@ import pytest
 
 import xgv_cosim
 from tests.xgv_cosim.step_listener.conftest import Script
-from tests.xgv_cosim.step_listener.scripts import command
+from tests.xgv_cosim.step_listener.scripts import LIKE_OURS, command
 from tests.xgv_cosim.step_listener.test_detach import ghosts_of, shift_left, steps
 from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
+from xgv_cosim.script_warnings import SumoOptionsWarning
 
 ROUTE = '<route id="road" edges="road"/>'
 CARS = (
@@ -143,3 +144,17 @@ def test_commands_of_the_script_to_a_bound_car_end_nothing(
     steps(script, 10)
     assert plugin.vehicle_ids == ("ego",)
     assert plugin.snapshot.placement_error_m.max() < 0.05 + 1e-9
+
+
+def test_a_bound_car_stands_longer_than_the_scripts_time_to_teleport(script: Script, tmp_path: Path) -> None:
+    options = ["--time-to-teleport=2" if "teleport" in option else option for option in LIKE_OURS]
+    config = write_config(tmp_path, car("ego", 400, 0, kind="xgv"), network("hello"))
+    script.start(command(config, options=options))
+    with (
+        pytest.warns(SumoOptionsWarning, match="time-to-teleport"),
+        xgv_cosim.attach(script.module) as plugin,
+    ):
+        plugin.bind("ego", start="cold", stack="none", driver="none")
+        steps(script, 60)
+        assert plugin.vehicle_ids == ("ego",)
+        assert not [event for event in plugin.events if event.kind == "teleport"]

@@ -8,16 +8,19 @@ import numpy as np
 import pytest
 
 from tests.contracts.world_contract import nobody, place, stay
-from tests.xgv_cosim.worlds.sumo_traffic import car
+from tests.xgv_cosim.worlds.sumo_networks import plain_network
+from tests.xgv_cosim.worlds.sumo_traffic import car, write_config
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
 from xgv_cosim.worlds.sumo.libraries import load_libsumo
+from xgv_cosim.worlds.sumo.world import SumoWorld
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.xgv_cosim.worlds.conftest import NewWorld
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.base import Placement
-    from xgv_cosim.worlds.sumo.world import SumoWorld
 
 COMPUTER, DRIVER_STEERS = (True, True), (True, False)
 EGO = car("ego", 400, 0, kind="xgv")
@@ -55,6 +58,52 @@ def test_it_is_not_teleported_however_it_is_written(
     assert gone == set()
     assert set(snapshot.ids) == {"ego", "rear"}
     assert snapshot.speed_mps[snapshot.index_of["rear"]] == pytest.approx(0.0, abs=0.05)
+
+
+WRONG_LANE = '<connection from="wm" to="me" fromLane="1" toLane="0"/>'
+"""The route goes on from the other lane."""
+NOWHERE = '<delete from="wm" to="me"/>'
+"""It does not go on at all."""
+IMPATIENT = (
+    (WRONG_LANE, ("--time-to-teleport", "2")),
+    (WRONG_LANE, ("--time-to-teleport", "0:00:01")),
+    (WRONG_LANE, ("--time-to-teleport.highways", "2")),
+    (NOWHERE, ("--time-to-teleport.disconnected", "2")),
+    (NOWHERE, ("--time-to-teleport.disconnected", "0.5")),
+)
+
+
+@pytest.mark.parametrize(("ways", "options"), IMPATIENT)
+@pytest.mark.parametrize("is_ours", [True, False])
+def test_it_is_not_teleported_however_short_the_time(
+    tmp_path: Path, ways: str, options: tuple[str, ...], is_ours: bool
+) -> None:
+    """Nor is its ghost in the other lane, nor another car that is held; those of SUMO's are."""
+    places_m = {"w": 0, "m": 300, "e": 600}
+    nodes = "".join(f'<node id="{name}" x="{x_m}" y="0"/>' for name, x_m in places_m.items())
+    edges = '<edge id="wm" from="w" to="m" numLanes="2" speed="30"/>'
+    edges += '<edge id="me" from="m" to="e" speed="30"/>'
+    (tmp_path / "p.con.xml").write_text(f"<connections>{ways}</connections>")
+    net = plain_network(tmp_path, nodes, edges, "-x", str(tmp_path / "p.con.xml"))
+    cars = car("ego", 250, 0, route="wm me", kind="xgv") + car("held", 150, 0, route="wm me")
+    options = (*options, "--ignore-route-errors", "true")
+    world = SumoWorld.headless(write_config(tmp_path, cars, net), step_s=0.1, seed=1, options=options)
+    world.start()
+    snapshot = world.step(nobody())
+    if is_ours:
+        world.bind("ego", CouplingKind.AUTO)
+        world.immobilise("held")
+    else:
+        for name in snapshot.ids:
+            load_libsumo().vehicle.setSpeed(name, 0.0)
+    still, at_m = across(snapshot, left_m=1.2), dict(zip(snapshot.ids, snapshot.front_x_m, strict=True))
+    gone: set[str] = set()
+    for _ in range(50):
+        snapshot = world.step(still if is_ours else nobody())
+        gone |= set(snapshot.teleported)
+    world.close()
+    assert ("ego" in gone) is not is_ours
+    assert not is_ours or dict(zip(snapshot.ids, snapshot.front_x_m, strict=True)) == pytest.approx(at_m)
 
 
 def test_without_help_sumo_teleports_it(sumo: NewWorld) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.errors import WorldConfigurationError, WorldError
 from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of
+from xgv_cosim.worlds.sumo.times import seconds_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -50,13 +51,13 @@ WANTED_OPTIONS = (
     ),
     WantedOption(
         "time-to-teleport",
-        lambda value: float(value) <= 0.0,
+        lambda value: seconds_of(value) <= 0.0,
         "SUMO takes vehicles away that have stood for long, stopped ones and those behind them",
         "-1",
     ),
     WantedOption(
         "lanechange.duration",
-        lambda value: float(value) > 0.0,
+        lambda value: seconds_of(value) > 0.0,
         "a car that SUMO's driver steers jumps into the next lane within one step",
         "3",
     ),
