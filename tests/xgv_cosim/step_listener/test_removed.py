@@ -150,11 +150,10 @@ def test_a_bound_car_stands_longer_than_the_scripts_time_to_teleport(script: Scr
     options = ["--time-to-teleport=2" if "teleport" in option else option for option in LIKE_OURS]
     config = write_config(tmp_path, car("ego", 400, 0, kind="xgv"), network("hello"))
     script.start(command(config, options=options))
-    with (
-        pytest.warns(SumoOptionsWarning, match="time-to-teleport"),
-        xgv_cosim.attach(script.module) as plugin,
-    ):
+    with xgv_cosim.attach(script.module) as plugin:
         plugin.bind("ego", start="cold", stack="none", driver="none")
+        with pytest.warns(SumoOptionsWarning, match="time-to-teleport"):
+            steps(script, 1)
         steps(script, 60)
         assert plugin.vehicle_ids == ("ego",)
         assert not [event for event in plugin.events if event.kind == "teleport"]
