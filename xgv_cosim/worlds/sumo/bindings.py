@@ -10,11 +10,12 @@ from xgv_cosim.worlds.sumo.choosing import Couplings, told
 from xgv_cosim.worlds.sumo.couplings import Targets
 from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.held import Held
+from xgv_cosim.worlds.sumo.lane_frame import LaneFrame
 from xgv_cosim.worlds.sumo.placing import Seen, Wanted, Way, Yields, decide
 from xgv_cosim.worlds.sumo.roster import Roster
 from xgv_cosim.worlds.sumo.route_ends import RouteEnds
 from xgv_cosim.worlds.sumo.shadows import Shadows
-from xgv_cosim.worlds.sumo.standstill import PERIOD_S, Standstill
+from xgv_cosim.worlds.sumo.standstill import Standstill, period_s
 from xgv_cosim.worlds.sumo.straddling import Owners, Straddling
 from xgv_cosim.worlds.sumo.switching import Switching
 from xgv_cosim.worlds.sumo.written import Written, nothing_written
@@ -41,11 +42,11 @@ class Bindings:
         self._step_s = step_s
         self._tables = road.tables
         self._notes: list[tuple[str, str]] = []
-        self._couplings = Couplings(engine, step_s)
+        self._couplings = Couplings(LaneFrame(engine, step_s, road.leftwards))
         self._switching = Switching(engine, road, step_s, self._couplings)
         self._ends = RouteEnds(engine, road, step_s)
         self._straddling = Straddling(road) if with_ghosts else None
-        self._standstill = Standstill(engine, step_s)
+        self._standstill = Standstill(engine, step_s, period_s(engine))
         self._shadows = Shadows(engine, road)
         self._held = Held(engine, self._couplings.free, self._standstill)
         self.written = nothing_written()
@@ -149,7 +150,7 @@ class Bindings:
             was, now = Way(roster["way"][number]), Way(found["way"][number])
             self._switching.switch(placement.ids[number], was, now, before)
         roster["way"] = found["way"]
-        stirred = seen.is_here & (roster["rest_steps"] * self._step_s >= PERIOD_S)
+        stirred = seen.is_here & (roster["rest_steps"] * self._step_s >= self._standstill.period_s)
         for number in np.flatnonzero(stirred).tolist():
             self._stir(placement.ids[number], before, int(rows[number]))
         roster["rest_steps"][stirred] = 0

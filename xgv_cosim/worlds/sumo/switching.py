@@ -63,9 +63,6 @@ class Switching:
 
     def advance(self, before: Snapshot) -> None:
         """Tell SUMO what is under way for the coming step, seen from the state before it."""
-        if self._lateral.pending:  # a script may have taken somebody away
-            for gone in set(self._lateral.pending).difference(self._engine.vehicle.getIDList()):
-                self._lateral.end(gone)
         self._lateral.advance()
         self._speed.advance(before)
 
