@@ -14,6 +14,7 @@ from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.worlds.base import Placement
 from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
 from xgv_cosim.worlds.sumo.handover import HeadingEasing
+from xgv_cosim.worlds.sumo.integration import Integration
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.roster import Roster
 from xgv_cosim.worlds.sumo.world import SumoWorld
@@ -85,7 +86,7 @@ def test_behind_its_own_ghost_a_car_sees_its_neighbours(tmp_path: Path) -> None:
         snapshot = world.step(nobody())
         bound = Roster()
         bound.add("ego", CouplingKind.FREE)
-        reader = SnapshotReader(world._open(), world.road, 0.1, bound)
+        reader = SnapshotReader(world._open(), world.road, 0.1, bound, Integration(0.1))
         owner_of = dict.fromkeys(ghosts, "ego")
         world.bind("lost", CouplingKind.FREE)
         for lost in (False, True):

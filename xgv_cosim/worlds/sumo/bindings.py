@@ -10,6 +10,7 @@ from xgv_cosim.worlds.sumo.choosing import Couplings, told
 from xgv_cosim.worlds.sumo.couplings import Targets
 from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.held import Held
+from xgv_cosim.worlds.sumo.integration import Integration
 from xgv_cosim.worlds.sumo.lane_frame import LaneFrame
 from xgv_cosim.worlds.sumo.placing import Seen, Wanted, Way, Yields, decide
 from xgv_cosim.worlds.sumo.roster import Roster
@@ -42,7 +43,9 @@ class Bindings:
         self._step_s = step_s
         self._tables = road.tables
         self._notes: list[tuple[str, str]] = []
-        self._couplings = Couplings(LaneFrame(engine, step_s, road.leftwards))
+        self.integration = Integration.of(engine, step_s)
+        """How far SUMO moves a vehicle with the speeds that it is given."""
+        self._couplings = Couplings(LaneFrame(engine, self.integration, road.leftwards))
         self._switching = Switching(engine, road, step_s, self._couplings)
         self._ends = RouteEnds(engine, road, step_s)
         self._straddling = Straddling(road) if with_ghosts else None

@@ -32,7 +32,7 @@ class Couplings:
 
     def __init__(self, frame: LaneFrame) -> None:
         self.frame = frame
-        self.free = FreeCoupling(frame.engine, frame.step_s)
+        self.free = FreeCoupling(frame)
         self.by_way: dict[Way, Coupling] = {
             Way.FREE: self.free,
             Way.LANE: LaneCoupling(frame),

@@ -103,14 +103,14 @@ class FreeCoupling:
     arrives: over the end of its route it rolls by itself.
     """
 
-    engine: Engine
-    step_s: float
+    frame: LaneFrame
     speed_mode: int = NO_SPEED_CHECKS
     lane_change_mode: int = NO_LANE_CHANGES
 
     def write(self, targets: Targets) -> None:
         """Place the vehicles and report their speeds; SUMO knows no reverse, so that is reported as 0."""
-        set_speed, move_to = self.engine.vehicle.setSpeed, self.engine.vehicle.moveToXY
+        vehicle = self.frame.engine.vehicle
+        set_speed, move_to = vehicle.setSpeed, vehicle.moveToXY
         angles_deg = angles_to_sumo(np.array(targets.heading_rad)).tolist()
         for name, x_m, y_m, angle_deg, speed_mps, travelled_m, ends in zip(
             targets.ids,
@@ -123,7 +123,7 @@ class FreeCoupling:
             strict=True,
         ):
             if ends:
-                set_speed(name, max(speed_mps, travelled_m / self.step_s, 0.0))
+                self.frame.move(name, max(speed_mps * self.frame.step_s, travelled_m))
             else:
                 set_speed(name, max(speed_mps, 0.0))
                 move_to(name, "", -1, x_m, y_m, angle_deg, KEEP_ROUTE_AND_POSE, MATCH_THRESHOLD_M)

@@ -11,10 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from xgv_cosim.worlds.sumo.engine import for_each
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from xgv_cosim.worlds.sumo.engine import Engine
+    from xgv_cosim.worlds.sumo.integration import Integration
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,19 +25,35 @@ class LaneFrame:
     """Writes vehicles of an open simulation in the frame of their lanes."""
 
     engine: Engine
-    step_s: float
+    integration: Integration
     leftwards: int = 1
     """See ``SumoRoad.leftwards``."""
 
+    @property
+    def step_s(self) -> float:
+        """Return the length of a step."""
+        return self.integration.step_s
+
     def place(self, ids: Sequence[str], distances_m: Sequence[float], left_m: Sequence[float]) -> None:
         """Have vehicles go so far along their lanes in the coming step, and be so far left of the centre."""
-        for name, distance_m, offset_m in zip(ids, distances_m, left_m, strict=True):
-            self.move(name, distance_m)
-            self.shift(name, offset_m)
+        vehicle = self.engine.vehicle
+        for_each(vehicle.setSpeed, ids, map(self._speed_mps, ids, distances_m))
+        for_each(vehicle.setLateralLanePosition, ids, [self.leftwards * offset_m for offset_m in left_m])
 
     def move(self, vehicle_id: str, distance_m: float) -> None:
         """Have a vehicle go so far along its lane in the coming step; forward only."""
-        self.engine.vehicle.setSpeed(vehicle_id, max(distance_m, 0.0) / self.step_s)
+        self.engine.vehicle.setSpeed(vehicle_id, self._speed_mps(vehicle_id, distance_m))
+
+    def _speed_mps(self, vehicle_id: str, distance_m: float) -> float:
+        """Return the speed with which SUMO moves a vehicle so far."""
+        mean_mps = max(distance_m, 0.0) / self.integration.step_s
+        if not self.integration.is_ballistic:
+            return mean_mps
+        before_mps: float = self.engine.vehicle.getSpeed(vehicle_id)
+        if before_mps > 2.0 * mean_mps:  # it stops within the step
+            before_mps = 2.0 * mean_mps
+            self.engine.vehicle.setPreviousSpeed(vehicle_id, before_mps)
+        return 2.0 * mean_mps - before_mps
 
     def shift(self, vehicle_id: str, left_m: float) -> None:
         """Have a vehicle so far to the left of its lane's centre line after the coming step."""

@@ -14,6 +14,7 @@ from xgv_cosim.worlds.sumo.driven import Driven
 from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of, for_each
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
 from xgv_cosim.worlds.sumo.ghosts import is_ghost
+from xgv_cosim.worlds.sumo.integration import TELLING_M
 from xgv_cosim.worlds.sumo.lazy_snapshot import Cast, Columns, Happened, LazySnapshot
 from xgv_cosim.worlds.sumo.neighbours import NeighbourReader, Neighbours
 from xgv_cosim.worlds.sumo.placing import TOLERANCE_M, Way
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from xgv_cosim.snapshot import Snapshot
     from xgv_cosim.worlds.sumo.engine import OpenSimulation
     from xgv_cosim.worlds.sumo.handover import HeadingEasing
+    from xgv_cosim.worlds.sumo.integration import Integration
     from xgv_cosim.worlds.sumo.road import SumoRoad
     from xgv_cosim.worlds.sumo.roster import Roster
     from xgv_cosim.worlds.sumo.written import Written
@@ -50,12 +52,20 @@ class _BoundRows(NamedTuple):
 class SnapshotReader:
     """Reads the open simulation into snapshots; keeps what does not change from step to step."""
 
-    def __init__(self, session: OpenSimulation, road: SumoRoad, step_s: float, bound: Roster) -> None:
+    def __init__(
+        self,
+        session: OpenSimulation,
+        road: SumoRoad,
+        step_s: float,
+        bound: Roster,
+        integration: Integration,
+    ) -> None:
         self._session = session
         self._engine = session.engine
         self._road = road
         self._step_s = step_s
         self._bound = bound
+        self._integration = integration
         self._errors = errors_of(session.engine)
         self._is_over_socket = isinstance(session.engine, OverSocket)
         self._is_reading = False
@@ -189,9 +199,9 @@ class SnapshotReader:
         columns.has_pose[at] = True
         self._driven = Driven(placement, rows)
         driven = np.flatnonzero(placement.computer_speed & is_here)
-        in_frame = written.in_lane_frame[driven]
+        in_frame = written.in_lane_frame[driven] & ~np.bool_(self._integration.is_ballistic)
         sumos_mps = np.maximum(placement.speed_mps, 0.0)[driven]
-        sumos_mps[in_frame] = written.lane_speed_mps(self._step_s)[driven[in_frame]]
+        sumos_mps[in_frame] = written.along_m[driven[in_frame]] / self._step_s
         told = np.flatnonzero(~(written.is_posed[driven] | in_frame))
         sumos_mps[told] = snapshot.of("speed_mps", rows[driven[told]])
         self._tell_speeds(placement.ids, driven, placement.speed_mps[driven], sumos_mps)
@@ -228,7 +238,8 @@ class SnapshotReader:
     ) -> None:
         """Tell SUMO the speed at the end of the step where it has another, so that its drivers see that one.
 
-        In the frame of a lane SUMO's speed is the mean of the step; reverse it does not know at all.
+        In the frame of a lane SUMO's speed is the mean of the step (unless it integrates ballistically);
+        reverse it does not know at all.
         Measured: the next step is not disturbed by it.
         """
         shown_mps = np.maximum(true_mps, 0.0)
@@ -241,7 +252,8 @@ class SnapshotReader:
     ) -> IntColumn:
         """Fill in lanes and positions that follow from what was written; ask SUMO for the others.
 
-        Some of the first are asked for all the same, in turn: SUMO has the last word.
+        Some of the first are asked for all the same, in turn and of those who accelerate: SUMO has the last
+        word.
 
         Returns:
             Whose place was not asked for.
@@ -251,11 +263,13 @@ class SnapshotReader:
         known, at_m = written.places(length_m, self._road.inside_junction[lane])
         known &= rows >= 0
         in_turn = (np.arange(len(rows)) + round(snapshot.time_s / self._step_s)) % CHECK_STEPS == 0
+        otherwise_m = self._integration.otherwise_m(written.along_m, written.seen.speed_mps)
+        in_turn |= written.in_lane_frame & (np.abs(otherwise_m) > TELLING_M)
         asked = rows[(rows >= 0) & ~(known & ~in_turn)]
         snapshot.of("lane", asked)
         checked = np.flatnonzero(known & in_turn)
         if len(checked):
-            self._check(written, rows, columns, checked, at_m)
+            self._check(written, rows, columns, checked, at_m, otherwise_m)
         if self._is_over_socket:  # the same questions after every step travel in one message
             spare = Columns(len(snapshot.ids))
             self.read_places(self._cast, spare, rows[known & ~in_turn].tolist())
@@ -265,14 +279,21 @@ class SnapshotReader:
         return plain
 
     def _check(
-        self, written: Written, rows: IntColumn, columns: Columns, checked: IntColumn, at_m: FloatColumn
+        self,
+        written: Written,
+        rows: IntColumn,
+        columns: Columns,
+        checked: IntColumn,
+        at_m: FloatColumn,
+        otherwise_m: FloatColumn,
     ) -> None:
         """Have those placed freely for a while whom SUMO has elsewhere in the lane than was foreseen."""
+        checked = checked[written.in_lane_frame[checked]]
         row = rows[checked]
-        elsewhere = (columns.lane[row] != written.seen.lane[checked]) | (
-            np.abs(columns.position_m[row] - at_m[checked]) > TOLERANCE_M
-        )
-        for number in checked[elsewhere & written.in_lane_frame[checked]].tolist():
+        in_lane = columns.lane[row] == written.seen.lane[checked]
+        further_m = columns.position_m[row] - at_m[checked]
+        self._integration.learn(further_m[in_lane], otherwise_m[checked[in_lane]])
+        for number in checked[~in_lane | (np.abs(further_m) > TOLERANCE_M)].tolist():
             self._bound.refuse_mirror(written.placement.ids[number])
 
     def rows_of_bound(self, cast: Cast) -> IntColumn:

@@ -139,7 +139,9 @@ class SumoWorld:
             self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road, levels)
             self._colours = Colours(session.engine)
             self._stops = Stops(session.engine)
-            self._reader = SnapshotReader(session, self._road, self._step_s, self._bindings.bound)
+            self._reader = SnapshotReader(
+                session, self._road, self._step_s, self._bindings.bound, self._bindings.integration
+            )
             self._snapshot = self._last = self._reader.read(nothing_written(), None, self._bindings.headings)
         self._surroundings = None
         return self._snapshot

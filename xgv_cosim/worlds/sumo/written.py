@@ -45,10 +45,11 @@ class Written(NamedTuple):
         posed: BoolColumn = (placed | (self.way == Way.MIRROR)) & both
         return posed
 
-    def lane_speed_mps(self, step_s: float) -> FloatColumn:
-        """Return SUMO's speed of those in the frame of a lane: the mean of the step."""
+    @property
+    def along_m(self) -> FloatColumn:
+        """Return how far those in the frame of a lane were told to go."""
         along_m = np.where(self.way == Way.LANE, self.placement.travelled_m, self.found["along_m"])
-        return np.maximum(along_m, 0.0) / step_s
+        return np.maximum(along_m, 0.0)
 
     def places(
         self, lane_length_m: FloatColumn, inside_junction: BoolColumn
@@ -58,9 +59,8 @@ class Written(NamedTuple):
         SUMO moves those in the frame of a lane just as it is told. Who is placed freely stays on its lane
         well inside of it; in junctions lanes lie over each other.
         """
-        along_m = np.where(self.way == Way.LANE, self.placement.travelled_m, self.found["along_m"])
         in_frame = self.in_lane_frame
-        at_m = np.where(in_frame, self.seen.position_m + np.maximum(along_m, 0.0), self.found["position_m"])
+        at_m = np.where(in_frame, self.seen.position_m + self.along_m, self.found["position_m"])
         within = (self.seen.lane >= 0) & (at_m < lane_length_m)
         inside = np.abs(self.found["lateral_m"]) < 0.5 * self.found["lane_width_m"] - _MARGIN_M
         freely = self.is_posed & inside & ~inside_junction & (at_m > _END_M) & (at_m < lane_length_m - _END_M)
