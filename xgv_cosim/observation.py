@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -60,7 +61,7 @@ class Observation:
     """Curvature of the path driven now, positive to the left."""
     limit_mps: float
     """Speed limit of the lane."""
-    lane_ahead_m: tuple[tuple[float, float], ...]
+    lane_ahead_m: Sequence[tuple[float, float]]
     """Points of the centre line ahead along the route, through junctions, up to 190 m from the front bumper;
     in the vehicle's frame: x forward, y left. Off the road the way that was left; empty if none is known."""
     leader_gap_m: float
@@ -88,7 +89,7 @@ class Observation:
     """Width of the lane."""
     lateral_m: float = 0.0
     """Front bumper from the lane's centre line, positive left."""
-    curvature_ahead: tuple[tuple[float, float], ...] = ()
+    curvature_ahead: Sequence[tuple[float, float]] = ()
     """(distance from the front bumper, curvature of the way there, positive to the left)."""
     limits_ahead: tuple[tuple[float, float], ...] = ()
     """(distance from the front bumper, limit from there on) of each change of the limit ahead."""

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
-from xgv_cosim.columns import FloatColumn, FloatMatrix, IntColumn
+from xgv_cosim.columns import FloatBlock, FloatColumn, FloatMatrix, IntColumn
 from xgv_cosim.fleet import Motion
 from xgv_cosim.observation import DeviceReading, LaneBeside, Observation
+from xgv_cosim.points import Points
 from xgv_cosim.road import Road
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.surroundings import PREVIEW_M, Beside, Surroundings
@@ -29,7 +30,7 @@ class ModeView:
     devices: DeviceReading
 
 
-def lane_ahead(surroundings: Surroundings, motion: Motion, slots: IntColumn) -> FloatMatrix:
+def lane_ahead(surroundings: Surroundings, motion: Motion, slots: IntColumn) -> FloatBlock:
     """Return centre-line points ahead in each vehicle's own frame, shape ``(n, len(PREVIEW_M), 2)``.
 
     Frame: x forward, y left, origin at the rear axle.
@@ -41,7 +42,6 @@ def lane_ahead(surroundings: Surroundings, motion: Motion, slots: IntColumn) -> 
     return np.stack([cosine * east + sine * north, cosine * north - sine * east], axis=-1)
 
 
-DISTANCES_M = tuple(PREVIEW_M.tolist())
 CHORDS_M = (4.0, 8.0, 16.0, 32.0)
 """Lengths over which the curvature of the way is judged."""
 CUT_M = 0.25
@@ -106,45 +106,41 @@ def observe(
         vehicle_ids: Vehicle id of each slot, length n.
         views: Modes of each slot, length n.
     """
-    around, ahead = surroundings, lane_ahead(surroundings, motion, slots).tolist()
-    left, right = lanes_beside(around.left), lanes_beside(around.right)
-    lanes, curvature = around.lane.tolist(), way_curvature(around.way_x_m, around.way_y_m).tolist()
-    leader_speed_mps = np.where(
-        np.isfinite(around.leader_gap_m), around.leader_speed_mps, motion.speed_mps[slots]
-    )
-    return [
-        Observation(
-            time_s=snapshot.time_s,
-            vehicle_id=vehicle_id,
-            x_m=float(motion.x_m[slot]),
-            y_m=float(motion.y_m[slot]),
-            heading_rad=float(motion.heading_rad[slot]),
-            speed_mps=float(motion.speed_mps[slot]),
-            accel_mps2=float(motion.accel_mps2[slot]),
-            curvature_per_m=float(motion.curvature_per_m[slot]),
-            limit_mps=float(around.limit_mps[n]),
-            lane_ahead_m=tuple((x, y) for x, y in ahead[n]) if around.has_way[n] else (),
-            curvature_ahead=tuple(zip(DISTANCES_M, curvature[n], strict=True)) if around.has_way[n] else (),
-            leader_gap_m=float(around.leader_gap_m[n]),
-            leader_speed_mps=float(leader_speed_mps[n]),
-            safety_mode=view.safety_mode,
-            reasons=view.reasons,
-            component_status=view.component_status,
-            component_controller=view.component_controller,
-            devices=view.devices,
-            length_m=float(snapshot.length_m[snapshot.index_of[vehicle_id]]),
-            on_road=lanes[n] >= 0,
-            lane_id=road.lane_ids[lanes[n]] if lanes[n] >= 0 else "",
-            lane_width_m=float(around.lane_width_m[n]),
-            lateral_m=float(around.lateral_m[n]),
-            limits_ahead=around.limits_ahead[n],
-            lane_changes=int(around.lane_changes[n]),
-            lane_end_m=float(around.lane_end_m[n]),
-            route_end_m=float(around.route_end_m[n]),
-            left=left[n],
-            right=right[n],
-            signal=around.signals[n],
-            junction=around.junctions[n],
-        )
-        for n, (slot, vehicle_id, view) in enumerate(zip(slots.tolist(), vehicle_ids, views, strict=True))
-    ]
+    around, count = surroundings, len(slots)
+    has_way = around.has_way.tolist()
+    distances_m = np.broadcast_to(PREVIEW_M, around.way_x_m.shape)
+    curvature = np.stack([distances_m, way_curvature(around.way_x_m, around.way_y_m)], axis=-1)
+    sees_leader = np.isfinite(around.leader_gap_m)
+    own = {name: getattr(motion, name)[slots].tolist() for name in _OWN}
+    columns: dict[str, Sequence[object]] = {
+        **own,
+        **{name: getattr(around, name).tolist() for name in _AROUND},
+        **{name: [getattr(view, name) for view in views] for name in _MODES},
+        "time_s": [snapshot.time_s] * count,
+        "vehicle_id": vehicle_ids,
+        "lane_ahead_m": _points(lane_ahead(around, motion, slots), has_way),
+        "curvature_ahead": _points(curvature, has_way),
+        "leader_speed_mps": np.where(sees_leader, around.leader_speed_mps, own["speed_mps"]).tolist(),
+        "length_m": snapshot.length_m[snapshot.rows_of(vehicle_ids)].tolist(),
+        "on_road": (around.lane >= 0).tolist(),
+        "lane_id": [road.lane_ids[lane] if lane >= 0 else "" for lane in around.lane.tolist()],
+        "left": lanes_beside(around.left),
+        "right": lanes_beside(around.right),
+        "limits_ahead": around.limits_ahead,
+        "signal": around.signals,
+        "junction": around.junctions,
+    }
+    return list(map(Observation, *(columns[name] for name in _FIELDS)))
+
+
+_FIELDS = tuple(field.name for field in fields(Observation))
+_OWN = ("x_m", "y_m", "heading_rad", "speed_mps", "accel_mps2", "curvature_per_m")
+_AROUND = (
+    "limit_mps", "leader_gap_m", "lane_width_m", "lateral_m", "lane_changes", "lane_end_m", "route_end_m",
+)  # fmt: skip
+_MODES = tuple(field.name for field in fields(ModeView))
+
+
+def _points(matrices: FloatBlock, has_way: Sequence[bool]) -> list[Sequence[tuple[float, float]]]:
+    """Return the points of each way, none where there is none."""
+    return [Points(matrix) if known else () for matrix, known in zip(matrices, has_way, strict=True)]

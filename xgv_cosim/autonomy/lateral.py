@@ -8,6 +8,7 @@ change moves that line sideways, at a bounded lateral speed.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
@@ -131,7 +132,7 @@ def wanted_curvature_per_m(seen: Observation, goal_m: float, settings: Reference
     return min(max(curvature, -TIGHTEST_PER_M), TIGHTEST_PER_M)
 
 
-def _axle_behind_m(line: tuple[tuple[float, float], ...]) -> float:
+def _axle_behind_m(line: Sequence[tuple[float, float]]) -> float:
     """Return how much further left the front bumper is than the rear axle, across a line."""
     (x0, y0), (x1, y1) = line[:2]
     return -math.hypot(x0, y0) * (y1 - y0) / max(1e-9, math.hypot(x1 - x0, y1 - y0))
@@ -168,9 +169,7 @@ def within_grip_per_m(curvature_per_m: float, speed_mps: float, settings: Refere
     return min(max(curvature_per_m, -limit), limit)
 
 
-def point_at(
-    points: tuple[tuple[float, float], ...], distance_m: float, shift_m: float
-) -> tuple[float, float]:
+def point_at(points: Sequence[tuple[float, float]], distance_m: float, shift_m: float) -> tuple[float, float]:
     """Return the point at a distance from the origin of a polyline that is moved to its left by ``shift_m``.
 
     The last point if the line ends before, the first if it begins beyond. Where the line comes back, as in

@@ -29,14 +29,16 @@ class Alarms:
         self._next_s = math.inf
         self._stale: dict[int, BoundVehicle] = {}
         self._unseen: dict[int, BoundVehicle] = {}
+        self._unviewed: dict[int, BoundVehicle] = {}
 
     def touch(self, vehicle: BoundVehicle) -> None:
         """Take note that somebody called a vehicle's endpoint, devices or transmitter."""
-        self._stale[vehicle.slot] = self._unseen[vehicle.slot] = vehicle
+        slot = vehicle.slot
+        self._stale[slot] = self._unseen[slot] = self._unviewed[slot] = vehicle
 
     def forget(self, vehicle: BoundVehicle) -> None:
         """Leave out a vehicle that is released."""
-        for by_slot in (self._vehicles, self._stale, self._unseen):
+        for by_slot in (self._vehicles, self._stale, self._unseen, self._unviewed):
             by_slot.pop(vehicle.slot, None)
         if vehicle.slot < self._due_s.size:
             self._due_s[vehicle.slot] = math.inf
@@ -64,6 +66,11 @@ class Alarms:
         """Return by slot who was touched since the last call."""
         unseen, self._unseen = self._unseen, {}
         return unseen
+
+    def take_unviewed(self) -> dict[int, BoundVehicle]:
+        """Return by slot who was touched since the last call, for those who make the stacks' views."""
+        unviewed, self._unviewed = self._unviewed, {}
+        return unviewed
 
     def _refresh(self) -> None:
         while max(self._stale) >= self._due_s.size:

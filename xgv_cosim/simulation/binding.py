@@ -81,6 +81,8 @@ class BoundVehicle:
     """Its endpoint knows that the computer drives against the set parking brake."""
     last_view: ModeView | None = None
     """What the vehicle reported last; a silent controller reports nothing new."""
+    is_viewed: bool = False
+    """Nothing that ``last_view`` tells has changed since."""
 
     @property
     def vehicle_id(self) -> str:

@@ -37,6 +37,8 @@ class RunState:
     """Row of each bound vehicle in the last snapshot, in slot order; -1: it is not there."""
     seen: WordMatrix = field(default_factory=lambda: np.zeros((2, 0), np.int64))
     """The inputs of the modes when they were last resolved, see ``kernel.watching``."""
+    viewed: WordMatrix = field(default_factory=lambda: np.zeros((2, 0), np.int64))
+    """Likewise when the stacks were last told of their modes."""
     told: IntColumn = field(default_factory=lambda: np.zeros(0, np.int64))
     """What ``reporting.note_stops_without_effect`` last saw of each slot, in bits."""
     dragging: BoolColumn = field(default_factory=lambda: np.zeros(0, np.bool_))
