@@ -15,6 +15,7 @@ from xgv_cosim.events import Event
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.metrics.gaps import GapLows, LeastGaps
 from xgv_cosim.metrics.placements import PlacementRow, Placements
+from xgv_cosim.metrics.standing import Standing
 from xgv_cosim.metrics.surrogate import time_to_collision_s
 from xgv_cosim.parameters import GRAVITY_MPS2
 from xgv_cosim.snapshot import Snapshot
@@ -73,6 +74,7 @@ class Watch:
         """Pairs that have touched, with the gap that counts in this step: 0 in the first, then none."""
         self._gaps = LeastGaps()
         self._placements = Placements()
+        self.standing = Standing()
         self._odometer_m: dict[str, float] = {}
         self._last_rows: dict[str, int] = {}
         self._last_table = np.zeros((0, len(VehicleSeries._fields)))
@@ -91,6 +93,7 @@ class Watch:
         """Append a row for each watched vehicle that is bound; note the gaps of all that are."""
         self.num_vehicles_max = max(self.num_vehicles_max, len(snapshot.ids))
         self.num_bound_max = max(self.num_bound_max, len(fleet.bound_ids))
+        self.standing.note(time_of_tick_s(tick), fleet)
         touched = {frozenset(pair) for pair in self._contacts}
         for contact in snapshot.collisions:
             began = Contact(time_of_tick_s(tick), *astuple(contact))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
@@ -16,6 +16,7 @@ from xgv_cosim.events import Event
 from xgv_cosim.metrics import VehicleSeries, Watch
 from xgv_cosim.recording import RESULT, RESULT_SCHEMA, write_whole_file
 from xgv_cosim.recording.disk import fail
+from xgv_cosim.runs import standing
 from xgv_cosim.runs.effects import facts_that_acted, handovers_s
 from xgv_cosim.runs.expectations import CollisionFact, Outcome, RunFacts, VehicleFacts, evaluate
 from xgv_cosim.runs.teleports import teleport_rows
@@ -51,6 +52,8 @@ class RunOutcome:
     """The world's lanes, None as long as they are not known."""
     rows_met: set[int] | None = None
     """Rows of ``bind`` that have matched a vehicle, None where the run did not begin."""
+    standing: dict[str, float] = field(default_factory=dict)
+    """Who has stood for long at the end, and for how long, for no reason that the run knows."""
     notes: tuple[str, ...] = ()
     """The traffic engine's own warnings."""
 
@@ -112,7 +115,10 @@ def result_of(
         ],
         "warnings": []  # nothing can be said of a run that has not begun but why
         if outcome.rows_met is None
-        else warnings_of(scenario, events, outcome.lane_ids, outcome.rows_met),
+        else [
+            *warnings_of(scenario, events, outcome.lane_ids, outcome.rows_met),
+            *standing.warning_of(outcome.standing),
+        ],
         "notes": list(outcome.notes),
         "assumptions": assumption_rows(scenario, events),
     }

@@ -15,6 +15,7 @@ from xgv_cosim.recording.disk import fail
 from xgv_cosim.runs.interrupts import InterruptsBetweenSteps
 from xgv_cosim.runs.lock import write_lock
 from xgv_cosim.runs.result import RunOutcome, RunResult, RunStatus, result_of, write_result
+from xgv_cosim.runs.standing import unexplained
 from xgv_cosim.scenario.building import ScenarioSimulation, WindowOptions, build, named_vehicles, profile_of
 from xgv_cosim.scenario.files import require_files
 from xgv_cosim.scenario.model import Scenario
@@ -73,6 +74,7 @@ def run_scenario(
             recorder.use_road(road)
             outcome.lane_ids, outcome.rows_met = road.lane_ids, simulation.rows_met
             _advance(simulation, scenario, wanted, outcome, progress)
+            outcome.standing = unexplained(simulation, watch.standing.lasts_s())
     except KeyboardInterrupt:
         outcome.status = RunStatus.INTERRUPTED
     except Exception as error:  # noqa: BLE001 - recorded with all there is, then raised again
