@@ -37,7 +37,12 @@ class LaneFrame:
     def place(self, ids: Sequence[str], distances_m: Sequence[float], left_m: Sequence[float]) -> None:
         """Have vehicles go so far along their lanes in the coming step, and be so far left of the centre."""
         vehicle = self.engine.vehicle
-        for_each(vehicle.setSpeed, ids, map(self._speed_mps, ids, distances_m))
+        if self.integration.is_ballistic:
+            speeds_mps = list(map(self._speed_mps, ids, distances_m))
+        else:
+            step_s = self.integration.step_s
+            speeds_mps = [max(distance_m, 0.0) / step_s for distance_m in distances_m]
+        for_each(vehicle.setSpeed, ids, speeds_mps)
         for_each(vehicle.setLateralLanePosition, ids, [self.leftwards * offset_m for offset_m in left_m])
 
     def move(self, vehicle_id: str, distance_m: float) -> None:
