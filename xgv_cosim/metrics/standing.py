@@ -12,7 +12,7 @@ class Standing:
     """Keeps when each slot's vehicle has moved last; columns of shape ``(num_slots,)``."""
 
     def __init__(self) -> None:
-        self._ids: tuple[str, ...] = ()
+        self._ids: tuple[str, ...] | None = None
         self._slot_of: dict[str, int] = {}
         self._moved_s = np.zeros(0)
         self._t_s = 0.0

@@ -40,6 +40,8 @@ def test_a_car_that_waits_for_long_is_named_and_one_that_has_to_stand_is_not(
 
 def test_standing_counts_from_the_last_move_and_anew_for_another_car_in_the_slot() -> None:
     fleet, standing = Fleet(), Standing()
+    standing.note(0.5, fleet)  # nobody is bound yet
+    assert standing.lasts_s() == {}
     slot = fleet.occupy("a")
     for t_s, speed_mps in ((1.0, 0.0), (2.0, -0.5), (3.0, 0.05), (7.0, 0.0)):
         fleet.motion.speed_mps[slot] = speed_mps
