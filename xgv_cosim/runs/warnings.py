@@ -14,6 +14,7 @@ from xgv_cosim.scenario.selection import rows_without_vehicle
 
 BRIEF_S = 1.0
 """A stack that sees its engine off starts it within this time; then nobody needs to be warned."""
+_MOST_NAMED = 5
 _TEXTS = {
     "injection_without_vehicle": "injection {after} at {t_s:g} s did not act",
     "injection_unsupported": "injection {after} at {t_s:g} s did not act",
@@ -53,6 +54,7 @@ def warnings_of(
     if not scenario.bind and nobody_bound:
         lines.append("no vehicle is bound: there is no row of 'bind'; add one, or --bind VEHICLES")
     lines += _unmet(scenario, events, lane_ids)
+    lines += _tight_turns(events)
     told: set[str] = set()
     for event in events:
         if event.kind == "stops_ignored":
@@ -66,6 +68,26 @@ def warnings_of(
         elif event.kind == "road" and event.after == "off_road":
             lines.append(_line(event, "it left the road at {t_s:g} s"))
     return list(dict.fromkeys(lines))
+
+
+def _tight_turns(events: Sequence[Event]) -> list[str]:
+    """Return one line for all vehicles whose routes turn on a smaller radius than the same car can."""
+    whose: dict[str, dict[str, None]] = {}
+    where: dict[str, dict[str, None]] = {}
+    for event in events:
+        if event.kind == "turns_too_tight":
+            whose.setdefault(event.after, {})[event.vehicle] = None
+            where.setdefault(event.after, {}).update(dict.fromkeys(event.reasons))
+    return [
+        f"{_few(names, ', ')}: the route turns on less than the {radius} that the rear axle needs, "
+        f"so the car cannot keep to its lane there ({_few(where[radius], '; ')})"
+        for radius, names in whose.items()
+    ]
+
+
+def _few(words: Collection[str], between: str) -> str:
+    more = len(words) - _MOST_NAMED
+    return between.join([*list(words)[:_MOST_NAMED], *([f"and {more} more"] if more > 0 else [])])
 
 
 def _unmet(scenario: Scenario, events: Sequence[Event], lane_ids: Sequence[str] | None) -> list[str]:

@@ -140,8 +140,17 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         f"driver {Driver(binding.driver).name.lower()}",
     )
     state.note(vehicle_id, "bound", after=binding.profile.name, reasons=words)
+    _note_tight_turns(state, world, vehicle)
     commanding.copy_endpoint(state, vehicle)
     requests.meet_injections(state, vehicle)
+
+
+def _note_tight_turns(state: RunState, world: World, vehicle: BoundVehicle) -> None:
+    """Enter where the vehicle is to turn more tightly than it can; it cannot keep to its lane there."""
+    radius_m = 1.0 / vehicle.binding.parameters.max_curvature_per_m
+    turns = world.tight_turns_of(vehicle.vehicle_id, radius_m)
+    if turns:
+        state.note(vehicle.vehicle_id, "turns_too_tight", "", f"{radius_m:.1f} m", turns)
 
 
 def release_gone(state: RunState, world: World, snapshot: Snapshot) -> None:

@@ -59,6 +59,10 @@ class World(Protocol):
         """Return in words where its demand has a vehicle of the world stop, the next one first."""
         ...
 
+    def tight_turns_of(self, vehicle_id: str, radius_m: float) -> tuple[str, ...]:
+        """Return in words where the rest of a vehicle's route turns on a smaller radius than this."""
+        ...
+
     def unpark(self, vehicle_id: str) -> bool:
         """Have a parked vehicle drive off without its stops; return whether it is parked no longer."""
         ...

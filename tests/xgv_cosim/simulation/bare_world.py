@@ -86,6 +86,10 @@ class BareWorld:
         assert vehicle_id in self._there
         return ()
 
+    def tight_turns_of(self, vehicle_id: str, radius_m: float) -> tuple[str, ...]:
+        assert radius_m > 0.0
+        return ()
+
     def unpark(self, vehicle_id: str) -> bool:
         return True
 

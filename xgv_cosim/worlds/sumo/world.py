@@ -6,9 +6,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from xgv_cosim.errors import WorldError
-from xgv_cosim.traveller import Traveller
 from xgv_cosim.worlds.contacts import Contacts
 from xgv_cosim.worlds.levels import Levels
+from xgv_cosim.worlds.sumo.asking import Asking
 from xgv_cosim.worlds.sumo.bindings import Bindings
 from xgv_cosim.worlds.sumo.colours import Colours
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
@@ -16,6 +16,7 @@ from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
 from xgv_cosim.worlds.sumo.stops import Stops
 from xgv_cosim.worlds.sumo.surroundings import SurroundingsReader
+from xgv_cosim.worlds.sumo.turns import Turns
 from xgv_cosim.worlds.sumo.window import Window
 from xgv_cosim.worlds.sumo.written import nothing_written
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from xgv_cosim.worlds.sumo.lazy_snapshot import LazySnapshot
 
 
-class SumoWorld:
+class SumoWorld(Asking):
     """SUMO traffic. Implements ``World``; can be started again after ``close``.
 
     Args:
@@ -139,52 +140,13 @@ class SumoWorld:
             self._contacts = Contacts(self._road.lane_ids, self._road.junctions, self._road, levels)
             self._colours = Colours(session.engine)
             self._stops = Stops(session.engine)
+            self._turns = Turns(road)
             self._reader = SnapshotReader(
                 session, self._road, self._step_s, self._bindings.bound, self._bindings.integration
             )
             self._snapshot = self._last = self._reader.read(nothing_written(), None, self._bindings.headings)
         self._surroundings = None
         return self._snapshot
-
-    def knows(self, vehicle_id: str) -> bool:
-        """Return whether SUMO has the vehicle, or has read it from its demand for later.
-
-        SUMO reads its demand ahead by ``--route-steps`` (200 s unless told).
-
-        Raises:
-            WorldError: The world is closed.
-        """
-        flow, _, number = vehicle_id.rpartition(".")
-        from_a_flow = bool(flow) and number.isdecimal()  # SUMO names these only as it inserts them
-        session = self._open()
-        with session.failures():
-            return from_a_flow or vehicle_id in session.engine.vehicle.getLoadedIDList()
-
-    def traveller(self, vehicle_id: str) -> Traveller:
-        """Return who a vehicle is that drives in SUMO now.
-
-        Raises:
-            WorldError: SUMO has no such vehicle, or the world is closed.
-        """
-        session = self._open()
-        with session.failures():
-            vehicle = session.engine.vehicle
-            return Traveller(
-                vehicle_id,
-                vehicle.getTypeID(vehicle_id),
-                vehicle.getRouteID(vehicle_id),
-                tuple(vehicle.getRoute(vehicle_id)),
-            )
-
-    def stops_of(self, vehicle_id: str) -> tuple[str, ...]:
-        """Return in words where SUMO's demand has a vehicle stop that drives in SUMO now, the next one first.
-
-        Raises:
-            WorldError: SUMO has no such vehicle, or the world is closed.
-        """
-        session = self._open()
-        with session.failures():
-            return self._stops.in_words(vehicle_id)
 
     def unpark(self, vehicle_id: str) -> bool:
         """Have a parked vehicle drive off without its stops; return whether it is parked no longer.
