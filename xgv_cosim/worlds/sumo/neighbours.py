@@ -133,16 +133,14 @@ class NeighbourReader:
         """Return the same from positions alone: leaders along the routes, followers in the own lane."""
         vehicle, number = self.engine.vehicle, self.road.index_of
         ghosts = [(ghost, index_of[owner]) for ghost, owner in owner_of.items() if owner in index_of]
-        rows_of = [*range(len(index_of)), *(row for _, row in ghosts)]
+        rows_of = np.array([*range(len(index_of)), *(row for _, row in ghosts)], np.int64)
         """Of each body, ghosts last, the row of the vehicle that it belongs to."""
         traffic = LaneTraffic.of(
             self.road,
             np.concatenate([lane, np.array([number[vehicle.getLaneID(g)] for g, _ in ghosts], np.int64)]),
             np.concatenate([position_m, np.array([vehicle.getLanePosition(g) for g, _ in ghosts])]),
         )
-        traffic = replace(
-            traffic, rows=[rows_of[body] for body in traffic.rows]
-        )  # nobody meets his own ghost
+        traffic = replace(traffic, rows=rows_of[traffic.rows])  # nobody meets his own ghost
         neighbours, names = nobody(len(index_of)), tuple(index_of)
         leader, leader_gap_m, follower, follower_gap_m = neighbours
         for vehicle_id in bound_ids:

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 if TYPE_CHECKING:
+    from xgv_cosim.columns import IntColumn
     from xgv_cosim.worlds.sumo.engine import Engine
     from xgv_cosim.worlds.sumo.road import SumoRoad
 
@@ -120,6 +123,13 @@ class SumoNetwork:
     def lanes_of_edge_at(self, lane: int) -> tuple[int, ...]:
         """Return all lanes of the edge that a lane belongs to, the one at the kerb first."""
         return self._siblings[lane]
+
+    @cached_property
+    def before_columns(self) -> tuple[IntColumn, IntColumn]:
+        """Return the lanes that lead to each lane, lane by lane, and where those of each begin."""
+        counts = [len(sources) for sources in self.before]
+        flat = [source for sources in self.before for source in sources]
+        return np.array(flat, np.int64), np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
     @cached_property
     def _siblings(self) -> tuple[tuple[int, ...], ...]:

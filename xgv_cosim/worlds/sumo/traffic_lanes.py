@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from xgv_cosim.worlds.sumo import lane_search
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,16 +22,16 @@ _BEHIND_M = 120.0
 """So far back followers are looked for."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class LaneTraffic:
     """Vehicles sorted by lane and position."""
 
     road: SumoRoad
-    rows: list[int]
+    rows: IntColumn
     """Rows of the snapshot, by lane and then by position."""
-    position_m: list[float]
+    position_m: FloatColumn
     """Front bumpers, in that order."""
-    first: list[int]
+    first: IntColumn
     """Where each lane's vehicles begin in that order; one entry more at the end."""
 
     @classmethod
@@ -38,14 +41,20 @@ class LaneTraffic:
         lane, position_m = lane[on_road], position_m[on_road]
         order = np.lexsort((position_m, lane))
         first = np.searchsorted(lane[order], np.arange(len(road.lane_ids) + 1))
-        return cls(road, on_road[order].tolist(), position_m[order].tolist(), first.tolist())
+        return cls(road, on_road[order], position_m[order], first)
+
+    @cached_property
+    def _lists(self) -> tuple[list[int], list[float], list[int]]:
+        """The columns for questions about one vehicle."""
+        return self.rows.tolist(), self.position_m.tolist(), self.first.tolist()
 
     def on(self, lane: int) -> list[tuple[int, float]]:
         """Return (row, front bumper) of the vehicles on a lane, the first one first."""
-        begin, end = self.first[lane], self.first[lane + 1]
+        rows, position_m, first = self._lists
+        begin, end = first[lane], first[lane + 1]
         if begin == end:
             return []
-        return list(zip(self.rows[begin:end][::-1], self.position_m[begin:end][::-1], strict=True))
+        return list(zip(rows[begin:end][::-1], position_m[begin:end][::-1], strict=True))
 
     def first_ahead(
         self, lanes: IntColumn, starts_m: FloatMatrix, position_m: FloatColumn, own: IntColumn
@@ -58,22 +67,36 @@ class LaneTraffic:
             position_m: Own position on the first lane, shape ``(n,)``.
             own: Own row in the snapshot, shape ``(n,)``.
         """
-        count = len(lanes)
-        found, distance_m = np.full(count, -1, np.int64), np.full(count, np.inf)
-        if not len(self.rows):
-            return found, distance_m
-        starts = starts_m.tolist()
-        for number, (way, here_m, row) in enumerate(
-            zip(lanes.tolist(), position_m.tolist(), own.tolist(), strict=True)
-        ):
-            for step, lane in enumerate(way):
-                if lane < 0:
-                    break
-                index = self._after(lane, here_m - starts[number][step], row)
-                if index >= 0:
-                    found[number] = self.rows[index]
-                    distance_m[number] = starts[number][step] + self.position_m[index] - here_m
-                    break
+        found, distance_m = np.full(len(lanes), -1, np.int64), np.full(len(lanes), np.inf)
+        traffic = self.rows, self.position_m, self.first
+        lane_search.first_ahead(*traffic, lanes, starts_m, position_m, own, found, distance_m)
+        return found, distance_m
+
+    def first_behind(
+        self, network: SumoNetwork, lane: IntColumn, position_m: FloatColumn, own: IntColumn
+    ) -> tuple[IntColumn, FloatColumn]:
+        """Return (row, distance of its front bumper) of the nearest vehicle behind, -1: nobody.
+
+        Args:
+            network: Tells which lanes lead to a lane.
+            lane: Shape ``(n,)``, -1: none.
+            position_m: Where on it the vehicle behind is looked for from, likewise.
+            own: Own row in the snapshot, likewise.
+        """
+        found, distance_m = np.full(len(lane), -1, np.int64), np.full(len(lane), np.inf)
+        lane_search.first_behind(
+            self.rows,
+            self.position_m,
+            self.first,
+            self.road.lengths_m,
+            *network.before_columns,
+            lane,
+            position_m,
+            own,
+            _BEHIND_M,
+            found,
+            distance_m,
+        )
         return found, distance_m
 
     def ahead_on(self, lanes: Sequence[int], at_m: float, own: int) -> tuple[int, float]:
@@ -82,46 +105,31 @@ class LaneTraffic:
         for step, lane in enumerate(lanes):
             index = self._after(lane, at_m if step == 0 else -1.0, own)
             if index >= 0:
-                return self.rows[index], before_m + self.position_m[index] - at_m
+                rows, position_m, _ = self._lists
+                return rows[index], before_m + position_m[index] - at_m
             before_m += float(self.road.lengths_m[lane])
         return -1, np.inf
 
     def behind_in_lane(self, lane: int, at_m: float, own: int) -> tuple[int, float]:
         """Return (row, distance of its front bumper) of the nearest vehicle behind in a lane, -1: nobody."""
         index = self._before(lane, at_m, own)
-        return (self.rows[index], at_m - self.position_m[index]) if index >= 0 else (-1, np.inf)
-
-    def behind_on(self, network: SumoNetwork, lane: int, at_m: float, own: int) -> tuple[int, float]:
-        """Return (row, distance of its front bumper) of the nearest vehicle behind ``at_m``, -1: nobody."""
-        index = self._before(lane, at_m, own)
-        if index >= 0:
-            return self.rows[index], at_m - self.position_m[index]
-        found, least_m = -1, np.inf
-        waiting = [(source, at_m) for source in network.before[lane]]
-        while waiting:
-            source, ahead_m = waiting.pop()
-            index = self._before(source, np.inf, own)
-            gap_m = ahead_m + float(self.road.lengths_m[source])
-            if index >= 0:
-                distance_m = gap_m - self.position_m[index]
-                if distance_m < least_m:
-                    found, least_m = self.rows[index], distance_m
-            elif gap_m < _BEHIND_M:
-                waiting += [(further, gap_m) for further in network.before[source]]
-        return found, least_m
+        rows, position_m, _ = self._lists
+        return (rows[index], at_m - position_m[index]) if index >= 0 else (-1, np.inf)
 
     def _after(self, lane: int, position_m: float, own: int) -> int:
         """Return the place of the first vehicle on a lane beyond a position, -1: nobody."""
-        begin, end = self.first[lane], self.first[lane + 1]
-        index = bisect_left(self.position_m, position_m, begin, end)
-        while index < end and self.rows[index] == own:
+        rows, positions_m, first = self._lists
+        begin, end = first[lane], first[lane + 1]
+        index = bisect_left(positions_m, position_m, begin, end)
+        while index < end and rows[index] == own:
             index += 1
         return index if index < end else -1
 
     def _before(self, lane: int, position_m: float, own: int) -> int:
         """Return the place of the last vehicle on a lane before a position, -1: nobody."""
-        begin, end = self.first[lane], self.first[lane + 1]
-        index = bisect_left(self.position_m, position_m, begin, end) - 1
-        while index >= begin and self.rows[index] == own:
+        rows, positions_m, first = self._lists
+        begin, end = first[lane], first[lane + 1]
+        index = bisect_left(positions_m, position_m, begin, end) - 1
+        while index >= begin and rows[index] == own:
             index -= 1
         return index if index >= begin else -1

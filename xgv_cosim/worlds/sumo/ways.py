@@ -64,39 +64,73 @@ class LeftM(NamedTuple):
     route_end_m: FloatColumn
 
 
-@dataclass(frozen=True, slots=True)
-class Ways:
-    """The ways of all vehicles as columns, padded."""
+@dataclass(slots=True)
+class PaddedLanes:
+    """Lanes one after the other, of all vehicles."""
 
     lanes: IntColumn
     """Shape ``(n, k)``, -1 past the end."""
     starts_m: FloatMatrix
-    """Shape ``(n, k)``, ``inf`` past the end."""
+    """Where each begins, from the beginning of the first, shape ``(n, k)``, ``inf`` past the end."""
+
+    @classmethod
+    def of(cls, count: int) -> PaddedLanes:
+        """Return no lanes for so many vehicles."""
+        return cls(np.full((count, 1), -1, np.int64), np.full((count, 1), np.inf))
+
+    def put(self, number: int, lanes: Sequence[int], starts_m: Sequence[float]) -> None:
+        """Replace the lanes of one vehicle."""
+        further = len(lanes) - self.lanes.shape[1]
+        if further > 0:
+            count = len(self.lanes)
+            self.lanes = np.hstack([self.lanes, np.full((count, further), -1, np.int64)])
+            self.starts_m = np.hstack([self.starts_m, np.full((count, further), np.inf)])
+        self.lanes[number], self.starts_m[number] = -1, np.inf
+        self.lanes[number, : len(lanes)], self.starts_m[number, : len(lanes)] = lanes, starts_m
+
+
+@dataclass(slots=True)
+class Ways:
+    """The ways of all vehicles as columns, padded."""
+
+    along: PaddedLanes
     end_m: FloatColumn
     route_end_m: FloatColumn
     changes: IntColumn
 
     @classmethod
-    def of(cls, ways: Sequence[Way]) -> Ways:
-        """Return the ways as columns."""
-        most = max((len(way.lanes) for way in ways), default=1)
-        lanes = np.full((len(ways), most), -1, np.int64)
-        starts_m = np.full((len(ways), most), np.inf)
-        for number, way in enumerate(ways):
-            lanes[number, : len(way.lanes)] = way.lanes
-            starts_m[number, : len(way.starts_m)] = way.starts_m
-        return cls(
-            lanes,
-            starts_m,
-            np.array([way.end_m for way in ways], np.float64),
-            np.array([way.route_end_m for way in ways], np.float64),
-            np.array([way.changes for way in ways], np.int64),
-        )
+    def of(cls, count: int) -> Ways:
+        """Return no ways for so many vehicles."""
+        endless = np.full((2, count), np.inf)
+        return cls(PaddedLanes.of(count), endless[0], endless[1], np.zeros(count, np.int64))
 
-    def at(self, distance_m: FloatMatrix) -> tuple[IntColumn, FloatMatrix]:
-        """Return lane and position on it at distances from the beginning of each way, shape ``(n, p)``."""
-        on = np.maximum((self.starts_m[:, None, :] <= distance_m[:, :, None]).sum(axis=-1) - 1, 0)
-        row = np.arange(len(self.lanes))[:, None]
+    @property
+    def lanes(self) -> IntColumn:
+        """Return the lanes of each, shape ``(n, k)``, -1 past the end."""
+        return self.along.lanes
+
+    @property
+    def starts_m(self) -> FloatMatrix:
+        """Return where each lane begins, shape ``(n, k)``, ``inf`` past the end."""
+        return self.along.starts_m
+
+    def put(self, number: int, way: Way) -> None:
+        """Replace the way of one vehicle."""
+        self.along.put(number, way.lanes, way.starts_m)
+        self.end_m[number], self.route_end_m[number] = way.end_m, way.route_end_m
+        self.changes[number] = way.changes
+
+    def at(self, distance_m: FloatMatrix, numbers: IntColumn | None = None) -> tuple[IntColumn, FloatMatrix]:
+        """Return lane and position on it at distances from the beginning of ways, shape ``(m, p)``.
+
+        Args:
+            distance_m: Shape ``(m, p)``.
+            numbers: Which ways, shape ``(m,)``; None: all.
+        """
+        row = (np.arange(len(self.lanes)) if numbers is None else numbers)[:, None]
+        on = np.zeros(distance_m.shape, np.int64)
+        for number in range(1, self.lanes.shape[1]):  # lanes are few, and begin one behind the other
+            on += self.starts_m[row, number] <= distance_m
         return self.lanes[row, on], distance_m - self.starts_m[row, on]
 
     def first_left_m(self, position_m: FloatColumn) -> LeftM:
