@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from xgv_cosim.surroundings import PREVIEW_M
+from xgv_cosim.worlds.boxes import near_pairs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from xgv_cosim.columns import BoolColumn, FloatColumn, FloatMatrix, IntColumn
     from xgv_cosim.snapshot import Snapshot
@@ -60,17 +61,12 @@ def bodies_in_the_way(
         return gap_m, speed_mps
     half_m = 0.5 * np.hypot(snapshot.length_m, snapshot.width_m)
     centre = _places_on(snapshot, others, np.array([[0.5, 0.0]]))[:, 0]
-    for number, own in enumerate(rows.tolist()):
-        near = np.hypot(centre[:, 0] - snapshot.front_x_m[own], centre[:, 1] - snapshot.front_y_m[own]) < (
-            _SIGHT_M + half_m[others]
-        )
-        candidates = np.flatnonzero(near & (others != own))
-        if not candidates.size:
-            continue
+    for number, seen in _in_sight(snapshot, rows, centre, half_m[others]):
+        own = int(rows[number])
+        near = seen[others[seen] != own]
         way = np.column_stack([way_x_m[number, :_NUM_POINTS], way_y_m[number, :_NUM_POINTS]])
         corridor_m = 0.5 * float(snapshot.width_m[own]) + _ROOM_M
-        away_m = _away_m(way, centre[candidates])
-        candidates = candidates[away_m < corridor_m + half_m[others[candidates]]]
+        candidates = near[_away_m(way, centre[near]) < corridor_m + half_m[others[near]]]
         here = frozenset().union(*(places[lane] for lane in lanes[number].tolist() if lane >= 0))
         bodies = np.array(
             [
@@ -83,6 +79,24 @@ def bodies_in_the_way(
         if bodies.size:
             gap_m[number], speed_mps[number] = _first(snapshot, bodies, way, corridor_m)
     return gap_m, speed_mps
+
+
+def _in_sight(
+    snapshot: Snapshot, rows: IntColumn, centre: FloatMatrix, half_m: FloatColumn
+) -> Iterator[tuple[int, IntColumn]]:
+    """Yield the vehicles that look ahead and have bodies in sight, with the places of these in ``centre``."""
+    count = len(rows)
+    x_m = np.concatenate([snapshot.front_x_m[rows], centre[:, 0]])
+    y_m = np.concatenate([snapshot.front_y_m[rows], centre[:, 1]])
+    reach_m = np.concatenate([np.full(count, _SIGHT_M), half_m])
+    seen, looks = near_pairs(x_m, y_m, reach_m, np.arange(count, len(x_m)))
+    looks, seen = looks[looks < count], seen[looks < count] - count  # two bodies are a pair as well
+    order = np.lexsort((seen, looks))
+    looks, seen = looks[order], seen[order]
+    numbers, first = np.unique(looks, return_index=True)
+    ends = np.append(first, len(seen))[1:]
+    for number, begin, end in zip(numbers.tolist(), first, ends, strict=True):
+        yield number, seen[begin:end]
 
 
 def _is_on_this_road(
