@@ -60,8 +60,10 @@ def test_who_freezes_holds_modes_and_pedals_as_they_are_xgv_67() -> None:
     bench = Bench()
     motion = bench.fleet.motion
     motion.throttle[0], motion.brake[0], motion.steer_rad[0] = 0.31, 0.12, 0.05
-    bench.apply(FROZEN)
     held = bench.fleet.held
+    held.governed[0] = Longitudinal.FREE
+    bench.apply(FROZEN)
+    assert held.governed[0] == Longitudinal.CLOSED_LOOP
     assert (held.throttle[0], held.brake[0], held.steer_rad[0]) == (0.31, 0.12, 0.05)
     assert bench.held() == (1, Longitudinal.OPEN_LOOP, Lateral.OPEN_LOOP)
     assert bench.fleet.frozen[0]
@@ -125,6 +127,14 @@ def test_a_controller_that_boots_knows_who_has_the_gear_xgv_32_xgv_41(bits: int,
     endpoint.safety_mode_entered(1, 2.0)
     events = endpoint.receive(DiscreteDevices(gear=Gear.NEUTRAL), alice, 2.0)
     assert any(isinstance(event, DevicesCommanded) for event in events) == takes_gears
+
+
+def test_a_controller_that_boots_knows_nothing_of_a_parking_brake_that_it_drove_against_xgv_32() -> None:
+    bench = Bench()
+    bench.car.drags = True
+    bench.apply(INACTIVE)
+    bench.at(2.0).apply(INACTIVE, begins=False)
+    assert not bench.car.drags
 
 
 def test_a_controller_that_goes_inactive_has_no_command_no_modes_and_boots_anew_xgv_01_xgv_32() -> None:
@@ -267,6 +277,16 @@ def test_a_command_ends_on_the_tick_on_which_it_expires_and_no_sooner_xgv_43() -
     assert ("error", "", "9157") in bench.told()
 
 
+def test_where_one_command_ends_another_goes_on_xgv_43() -> None:
+    run = simulation({"one": Car(12.0), "other": Car(12.0, x_m=100.0)}, [])
+    run.run_until(1.0)
+    command, (one, other) = run.fleet.command, map(run.fleet.slot_of, ("one", "other"))
+    command.expires_s[one], command.expires_s[other] = 1.3, 1.8
+    run.state.clock.tick = 130
+    commanding.meet_deadlines(run.state)
+    assert (command.kind[one], command.kind[other]) == (CommandKind.NONE, CommandKind.MOTION_PROFILE)
+
+
 def test_a_frozen_or_inactive_controller_meets_no_deadline_xgv_32_xgv_43_xgv_67() -> None:
     for kind in (FROZEN, INACTIVE):
         bench = Bench()
@@ -276,6 +296,40 @@ def test_a_frozen_or_inactive_controller_meets_no_deadline_xgv_32_xgv_43_xgv_67(
         commanding.meet_deadlines(bench.at(30.0).state)
         assert bench.told() == []
         assert bench.fleet.command.expires_s[0] == (expires_s if kind is FROZEN else math.inf)
+
+
+def test_a_frozen_or_inactive_controller_is_silent_where_its_devices_are_due_xgv_32_xgv_67() -> None:
+    """Its own deadline is past too; the devices of a car need no software."""
+    for kind in (FROZEN, INACTIVE):
+        bench = Bench(controller_timeout_s=0.4)
+        bench.fleet.command.expires_s[0] = 50.0
+        endpoint = bench.car.endpoint
+        bench.apply(LINK).apply(kind).told()
+        assert endpoint.next_deadline_s == pytest.approx(1.3)
+        assert bench.state.alarms.next_s == bench.car.devices.next_deadline_s == pytest.approx(1.5)
+        commanding.meet_deadlines(bench.at(1.6).state)
+        assert bench.told() == []
+        assert endpoint.next_deadline_s == pytest.approx(1.3)
+        assert any(endpoint.component_controller.values())
+
+
+def test_what_is_under_way_arrives_on_its_tick_at_who_computes_by_then_xgv_32_xgv_67() -> None:
+    for kind in (None, FROZEN, INACTIVE):
+        bench = Bench()
+        bench.fleet.command.expires_s[0] = 50.0
+        if kind is not None:
+            bench.apply(kind).told()
+        standby = CommandStatus(ComponentId.PRIMITIVE_DRIVER, StatusCommand.STANDBY)
+        sender = JausAddress(1, 2, 2, 1)
+        bench.car.on_the_way.append((120, sender, standby))
+        bench.state.alarms.touch(bench.car)
+        before = bench.car.endpoint.component_status
+        commanding.meet_deadlines(bench.at(1.19).state)
+        assert len(bench.car.on_the_way) == 1
+        assert bench.car.endpoint.component_status == before
+        commanding.meet_deadlines(bench.at(1.2).state)
+        assert not bench.car.on_the_way
+        assert (bench.car.endpoint.component_status == before) == (kind is not None)
 
 
 def test_a_silent_controller_loses_control_on_its_tick_xgv_65() -> None:
