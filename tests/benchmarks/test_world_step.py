@@ -11,11 +11,21 @@ import pytest
 
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.bench.drives import HAND_OVER_STEPS, BoundSetup, Setup, handed_over, opened, record_plain
-from xgv_cosim.bench.measuring import Case, measure, usual_steps
+from xgv_cosim.bench.measuring import Case, Cost, measure, usual_steps
 from xgv_cosim.bench.traffic import NETWORKS, Traffic
 
 SMALL = 5
-SIZES = [SMALL, *(pytest.param(number, marks=pytest.mark.slow) for number in (1, 10, 100, 1000, 5000))]
+LARGE = (1, 10, 100, 1000)
+LARGEST = 5000
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Untimed, the largest fleet would show nothing that a thousand do not, and take half an hour."""
+    if "number" in metafunc.fixturenames:
+        is_timed = metafunc.config.getoption("benchmark_enable")
+        slow = (*LARGE, LARGEST) if is_timed else LARGE
+        sizes = [SMALL, *(pytest.param(number, marks=pytest.mark.slow) for number in slow)]
+        metafunc.parametrize("number", sizes)
 
 
 @pytest.fixture(params=NETWORKS)
@@ -29,7 +39,6 @@ def setup_of(network: str, number: int, folder: Path, benchmark: Any) -> Setup:
 
 
 @pytest.mark.benchmark(timer=thread_time)
-@pytest.mark.parametrize("number", SIZES)
 def test_plain_step(benchmark: Any, network: str, number: int, tmp_path: Path) -> None:
     benchmark.group = f"{network}, {number} vehicles"
     setup = setup_of(network, number, tmp_path, benchmark)
@@ -40,7 +49,6 @@ def test_plain_step(benchmark: Any, network: str, number: int, tmp_path: Path) -
 
 @pytest.mark.benchmark(timer=thread_time)
 @pytest.mark.parametrize("coupling", CouplingKind)
-@pytest.mark.parametrize("number", SIZES)
 def test_bound_step(
     benchmark: Any, network: str, number: int, coupling: CouplingKind, tmp_path: Path
 ) -> None:
@@ -55,22 +63,23 @@ def test_bound_step(
         assert len(fleet.sim.vehicle_ids) == number
 
 
+@pytest.fixture(scope="module")
+def a_thousand() -> Cost:
+    return measure(Case(Traffic("busy_freeway", 1000), CouplingKind.AUTO, steps=30))
+
+
 @pytest.mark.slow
-def test_a_thousand_bound_vehicles_cost_a_small_multiple_of_sumo() -> None:
+def test_a_thousand_bound_vehicles_cost_a_small_multiple_of_sumo(a_thousand: Cost) -> None:
     """Far above what is reached (README.md): an alarm for what makes it many times dearer, not a measure."""
     free = measure(Case(Traffic("busy_freeway", 1000), CouplingKind.FREE, steps=30))
-    auto = measure(Case(Traffic("busy_freeway", 1000), CouplingKind.AUTO, steps=30))
     assert free.ratio_to_floor < 4.0
-    assert auto.ratio_to_plain < 6.0
-    assert max(free.floor_off_m, auto.floor_off_m) < 1e-6
+    assert a_thousand.ratio_to_plain < 6.0
+    assert max(free.floor_off_m, a_thousand.floor_off_m) < 1e-6
 
 
 @pytest.mark.slow
-def test_a_tenth_of_the_fleet_costs_a_fraction_of_the_whole() -> None:
+def test_a_tenth_of_the_fleet_costs_a_fraction_of_the_whole(a_thousand: Cost) -> None:
     """Partly bound fleets cost in proportion to the bound share, with a wide margin."""
-    whole, part = (
-        measure(Case(Traffic("busy_freeway", 1000), CouplingKind.AUTO, share, steps=30))
-        for share in (1.0, 0.1)
-    )
+    part = measure(Case(Traffic("busy_freeway", 1000), CouplingKind.AUTO, 0.1, steps=30))
     assert part.num_bound == 100
-    assert part.bound_us - part.plain_us < 0.5 * (whole.bound_us - whole.plain_us)
+    assert part.bound_us - part.plain_us < 0.5 * (a_thousand.bound_us - a_thousand.plain_us)
