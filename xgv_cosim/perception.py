@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -58,6 +59,24 @@ def _at(distance_m: FloatColumn) -> FloatMatrix:
     return weights
 
 
+class _Chord(NamedTuple):
+    """A chord before and one after each of ``PREVIEW_M``, as weights of a way's points."""
+
+    back: FloatMatrix
+    onward: FloatMatrix
+    mean_m: FloatColumn
+
+    @classmethod
+    def of(cls, chord_m: float) -> Self:
+        """Return chords of a length, shorter at the ends of the preview."""
+        back_m = np.clip(PREVIEW_M - chord_m, 0.0, None)
+        onward_m = np.clip(PREVIEW_M + chord_m, None, PREVIEW_M[-1])
+        return cls(_at(back_m), _at(onward_m), np.maximum(0.5 * (onward_m - back_m), 1e-6))
+
+
+_CHORDS = tuple(map(_Chord.of, CHORDS_M))
+
+
 def way_curvature(x_m: FloatMatrix, y_m: FloatMatrix) -> FloatMatrix:
     """Return the curvature of ways at ``PREVIEW_M``, positive to the left, shape ``(n, len(PREVIEW_M))``.
 
@@ -65,16 +84,12 @@ def way_curvature(x_m: FloatMatrix, y_m: FloatMatrix) -> FloatMatrix:
     chord after it; chords grow as long as a kink is cut by no more than ``CUT_M``.
     """
     curvature, counts = np.zeros(x_m.shape), np.ones(x_m.shape, np.bool_)
-    for chord_m in CHORDS_M:
-        back_m = np.clip(PREVIEW_M - chord_m, 0.0, None)
-        onward_m = np.clip(PREVIEW_M + chord_m, None, PREVIEW_M[-1])
-        back, onward = _at(back_m), _at(onward_m)
+    for back, onward, mean_m in _CHORDS:
         before_x, before_y = x_m - x_m @ back, y_m - y_m @ back
         after_x, after_y = x_m @ onward - x_m, y_m @ onward - y_m
         turned = np.arctan2(before_x * after_y - before_y * after_x, before_x * after_x + before_y * after_y)
-        mean_m = np.maximum(0.5 * (onward_m - back_m), 1e-6)
         counts &= np.abs(turned) * mean_m / 8.0 <= CUT_M
-        judged = counts | (chord_m == CHORDS_M[0])
+        judged = counts | (mean_m is _CHORDS[0].mean_m)
         curvature = np.where(judged, turned / mean_m, curvature)
     curvature[:, 0], curvature[:, -1] = curvature[:, 1], curvature[:, -2]
     return np.nan_to_num(curvature)

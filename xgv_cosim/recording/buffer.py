@@ -100,10 +100,8 @@ class TrajectoryBuffer:
 
 def _bound_rows(fleet: Fleet, snapshot: Snapshot) -> tuple[IntColumn, IntColumn]:
     """Return the slots of the bound vehicles that the world has, and their indices in the snapshot."""
-    index_of = snapshot.index_of
-    pairs = [(slot, index_of[name]) for slot, name in fleet if name in index_of]
-    table = np.array(pairs, np.int64).reshape(-1, 2)
-    return table[:, 0], table[:, 1]
+    rows = snapshot.rows_of(fleet.bound_ids)
+    return fleet.bound[rows >= 0], rows[rows >= 0]
 
 
 def _every_vehicle(

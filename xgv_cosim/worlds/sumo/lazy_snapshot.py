@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
-    from xgv_cosim.worlds.sumo.neighbours import Neighbours
+    from xgv_cosim.worlds.sumo.neighbours import Nearest
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +84,12 @@ class Source(Protocol):
         """Fill in lanes and positions along them."""
         ...
 
-    def neighbours(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Neighbours:
-        """Return who is before and behind the bound vehicles."""
+    def leaders(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Nearest:
+        """Return who is before the bound vehicles."""
+        ...
+
+    def followers(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Nearest:
+        """Return who is behind them."""
         ...
 
     def placement_errors(self, cast: Cast) -> tuple[FloatColumn, FloatColumn]:
@@ -228,24 +232,28 @@ class LazySnapshot(Snapshot):
         return self._floats("lane_position_m")
 
     @cached_property
-    def _neighbours(self) -> Neighbours:
-        return self._reading("neighbours").neighbours(self.cast, self.lane, self.lane_position_m)
+    def _leaders(self) -> Nearest:
+        return self._reading("leaders").leaders(self.cast, self.lane, self.lane_position_m)
+
+    @cached_property
+    def _followers(self) -> Nearest:
+        return self._reading("followers").followers(self.cast, self.lane, self.lane_position_m)
 
     @property
     def leader(self) -> IntColumn:  # noqa: D102
-        return self._neighbours.leader
+        return self._leaders.row
 
     @property
     def leader_gap_m(self) -> FloatColumn:  # noqa: D102
-        return self._neighbours.leader_gap_m
+        return self._leaders.gap_m
 
     @property
     def follower(self) -> IntColumn:  # noqa: D102
-        return self._neighbours.follower
+        return self._followers.row
 
     @property
     def follower_gap_m(self) -> FloatColumn:  # noqa: D102
-        return self._neighbours.follower_gap_m
+        return self._followers.gap_m
 
     @cached_property
     def _errors(self) -> tuple[FloatColumn, FloatColumn]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import repeat
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -21,28 +22,42 @@ SIGHT_M = 250.0
 """How far a leader or follower is looked for."""
 
 
-class Neighbours(NamedTuple):
-    """The columns of ``Snapshot`` that are filled for bound vehicles only."""
+class Scene(NamedTuple):
+    """A snapshot, as far as neighbours need it."""
 
-    leader: IntColumn
-    leader_gap_m: FloatColumn
-    follower: IntColumn
-    follower_gap_m: FloatColumn
+    index_of: Mapping[str, int]
+    """Row of each vehicle."""
+    lane: IntColumn
+    """Lane of each row, -1: on none."""
+    position_m: FloatColumn
+    """Front bumper along the lane, of each row."""
+    bound_ids: Sequence[str]
+    """Whose neighbours are asked for; all of them are there."""
+    owner_of: Mapping[str, str]
+    """Ghost -> the vehicle that it stands for."""
 
 
-def nobody(num_vehicles: int) -> Neighbours:
-    """Return the columns of vehicles that have no neighbours."""
-    return Neighbours(
-        np.full(num_vehicles, -1, np.int64),
-        np.full(num_vehicles, np.inf),
-        np.full(num_vehicles, -1, np.int64),
-        np.full(num_vehicles, np.inf),
-    )
+class Nearest(NamedTuple):
+    """Columns of ``Snapshot`` that are filled for bound vehicles only."""
+
+    row: IntColumn
+    """-1: nobody."""
+    gap_m: FloatColumn
+    """Bumper to bumper, ``inf`` without anybody."""
+
+    @classmethod
+    def nobody(cls, num_vehicles: int) -> Self:
+        """Return the columns of vehicles that have no neighbours."""
+        return cls(np.full(num_vehicles, -1, np.int64), np.full(num_vehicles, np.inf))
 
 
 @dataclass(slots=True)
 class NeighbourReader:
-    """Reads neighbours of the open simulation."""
+    """Reads neighbours of the open simulation.
+
+    With a vehicle off the road SUMO follows a pointer to no lane in search of leaders, and crashes; one that
+    is parked is on no lane either, but nobody's business there.
+    """
 
     engine: Engine
     road: SumoRoad
@@ -54,113 +69,91 @@ class NeighbourReader:
         """Drop a vehicle."""
         self._lanes_ahead.pop(vehicle_id, None)
 
-    def read(
-        self,
-        index_of: Mapping[str, int],
-        lane: IntColumn,
-        position_m: FloatColumn,
-        bound_ids: Sequence[str],
-        owner_of: Mapping[str, str],
-    ) -> Neighbours:
-        """Return the neighbours of ``bound_ids``; -1 and ``inf`` for everybody else.
-
-        With a vehicle off the road SUMO follows a pointer to no lane in search of leaders, and crashes; one
-        that is parked is on no lane either, but nobody's business there.
-
-        Args:
-            index_of: Row of each vehicle.
-            lane: Lane of each row, -1: on none.
-            position_m: Front bumper along the lane, of each row.
-            bound_ids: Whose neighbours are asked for; all of them are there.
-            owner_of: Ghost -> the vehicle that it stands for.
-        """
-        vehicle, names = self.engine.vehicle, tuple(index_of)
-        on_no_lane = [names[row] for row in np.flatnonzero(lane < 0).tolist()]
-        if any(not vehicle.isStoppedParking(vehicle_id) for vehicle_id in on_no_lane):
-            return self._by_lanes(index_of, lane, position_m, bound_ids, owner_of)
+    def leaders(self, scene: Scene) -> Nearest:
+        """Return who is before the bound vehicles."""
+        if self._is_anybody_off_the_road(scene):
+            return self._leaders_by_lanes(scene)
         self._lanes_ahead.clear()
-        return self._by_sumo(index_of, lane, position_m, bound_ids, owner_of)
+        return self._by_sumo(scene, is_ahead=True)
 
-    def _by_sumo(
-        self,
-        index_of: Mapping[str, int],
-        lane: IntColumn,
-        position_m: FloatColumn,
-        bound_ids: Sequence[str],
-        owner_of: Mapping[str, str],
-    ) -> Neighbours:
-        """Return what SUMO says."""
-        vehicle = self.engine.vehicle
-        neighbours = nobody(len(index_of))
-        leader, leader_gap_m, follower, follower_gap_m = neighbours
-        hidden: list[int] = []
-        """Rows of whom SUMO's answer is their own ghost."""
-        for vehicle_id in bound_ids:
-            row = index_of[vehicle_id]
-            for found, index, gap_m in (
-                (vehicle.getLeader(vehicle_id, SIGHT_M), leader, leader_gap_m),
-                (vehicle.getFollower(vehicle_id, SIGHT_M), follower, follower_gap_m),
-            ):
-                if not found:
-                    continue
-                name = owner_of.get(found[0], found[0])
-                if name == vehicle_id:  # before whom or behind whom somebody else may drive
-                    hidden.append(row)
-                    continue
-                if name not in index_of:
-                    continue
+    def followers(self, scene: Scene) -> Nearest:
+        """Return who is behind the bound vehicles."""
+        if self._is_anybody_off_the_road(scene):
+            return self._followers_by_lanes(scene)
+        return self._by_sumo(scene, is_ahead=False)
+
+    def _is_anybody_off_the_road(self, scene: Scene) -> bool:
+        if (scene.lane >= 0).all():
+            return False
+        names, vehicle = tuple(scene.index_of), self.engine.vehicle
+        on_no_lane = [names[row] for row in np.flatnonzero(scene.lane < 0).tolist()]
+        return any(not vehicle.isStoppedParking(vehicle_id) for vehicle_id in on_no_lane)
+
+    def _by_sumo(self, scene: Scene, *, is_ahead: bool) -> Nearest:
+        """Return what SUMO says, and from lanes where it names somebody's own ghost."""
+        index_of, owner_of, vehicle = scene.index_of, scene.owner_of, self.engine.vehicle
+        ask = vehicle.getLeader if is_ahead else vehicle.getFollower
+        nearest = Nearest.nobody(len(index_of))
+        hidden: list[str] = []
+        """Whose answer is their own ghost: before or behind it somebody else may drive."""
+        answers = map(ask, scene.bound_ids, repeat(SIGHT_M))
+        for vehicle_id, found in zip(scene.bound_ids, answers, strict=True):
+            if not found:
+                continue
+            name = owner_of.get(found[0], found[0])
+            if name == vehicle_id:
+                hidden.append(vehicle_id)
+            elif name in index_of:
                 # SUMO subtracts the minimum gap that the one behind keeps; a ghost keeps its owner's.
-                behind = vehicle_id if index is leader else name
-                bumper_gap_m = found[1] + self.bodies.of(behind).min_gap_m
+                bumper_gap_m = found[1] + self.bodies.of(vehicle_id if is_ahead else name).min_gap_m
                 if bumper_gap_m <= SIGHT_M:
-                    index[row], gap_m[row] = index_of[name], bumper_gap_m
+                    row = index_of[vehicle_id]
+                    nearest.row[row], nearest.gap_m[row] = index_of[name], bumper_gap_m
         if hidden:
-            names = tuple(index_of)
-            unhidden = [names[row] for row in hidden]
-            by_lanes = self._by_lanes(index_of, lane, position_m, unhidden, owner_of)
-            for column, other in zip(neighbours, by_lanes, strict=True):
-                column[hidden] = other[hidden]
-        return neighbours
+            rows = [index_of[vehicle_id] for vehicle_id in hidden]
+            by_lanes = self._leaders_by_lanes if is_ahead else self._followers_by_lanes
+            for column, other in zip(nearest, by_lanes(scene._replace(bound_ids=hidden)), strict=True):
+                column[rows] = other[rows]
+        return nearest
 
-    def _by_lanes(
-        self,
-        index_of: Mapping[str, int],
-        lane: IntColumn,
-        position_m: FloatColumn,
-        bound_ids: Sequence[str],
-        owner_of: Mapping[str, str],
-    ) -> Neighbours:
-        """Return the same from positions alone: leaders along the routes, followers in the own lane."""
-        vehicle, number = self.engine.vehicle, self.road.index_of
-        ghosts = [(ghost, index_of[owner]) for ghost, owner in owner_of.items() if owner in index_of]
+    def _traffic(self, scene: Scene) -> LaneTraffic:
+        """Return all vehicles and their ghosts along the lanes; nobody meets his own ghost."""
+        vehicle, number, index_of = self.engine.vehicle, self.road.index_of, scene.index_of
+        ghosts = [(ghost, index_of[owner]) for ghost, owner in scene.owner_of.items() if owner in index_of]
         rows_of = np.array([*range(len(index_of)), *(row for _, row in ghosts)], np.int64)
-        """Of each body, ghosts last, the row of the vehicle that it belongs to."""
+        lanes = np.array([number[vehicle.getLaneID(ghost)] for ghost, _ in ghosts], np.int64)
+        positions_m = np.array([vehicle.getLanePosition(ghost) for ghost, _ in ghosts])
         traffic = LaneTraffic.of(
             self.road,
-            np.concatenate([lane, np.array([number[vehicle.getLaneID(g)] for g, _ in ghosts], np.int64)]),
-            np.concatenate([position_m, np.array([vehicle.getLanePosition(g) for g, _ in ghosts])]),
+            np.concatenate([scene.lane, lanes]),
+            np.concatenate([scene.position_m, positions_m]),
         )
-        traffic = replace(traffic, rows=rows_of[traffic.rows])  # nobody meets his own ghost
-        neighbours, names = nobody(len(index_of)), tuple(index_of)
-        leader, leader_gap_m, follower, follower_gap_m = neighbours
-        for vehicle_id in bound_ids:
-            row = index_of[vehicle_id]
-            own = int(lane[row])
-            if own < 0:
-                continue
-            ahead = self._way(vehicle_id, own)
-            at_m = float(position_m[row])
-            found, distance_m = traffic.ahead_on(ahead, at_m, row)
-            if found >= 0:
-                gap_m = distance_m - self.bodies.of(names[found]).length_m
-                if gap_m <= SIGHT_M:
-                    leader[row], leader_gap_m[row] = found, gap_m
-            found, distance_m = traffic.behind_in_lane(own, at_m, row)
-            if found >= 0:
-                gap_m = distance_m - self.bodies.of(vehicle_id).length_m
-                if gap_m <= SIGHT_M:
-                    follower[row], follower_gap_m[row] = found, gap_m
-        return neighbours
+        return replace(traffic, rows=rows_of[traffic.rows])
+
+    def _leaders_by_lanes(self, scene: Scene) -> Nearest:
+        """Return leaders along the routes, from positions alone."""
+        nearest, names = Nearest.nobody(len(scene.index_of)), tuple(scene.index_of)
+        traffic = self._traffic(scene)
+        for vehicle_id, row in self._on_road(scene):
+            ahead = self._way(vehicle_id, int(scene.lane[row]))
+            found, distance_m = traffic.ahead_on(ahead, float(scene.position_m[row]), row)
+            if found >= 0 and distance_m - (length_m := self.bodies.of(names[found]).length_m) <= SIGHT_M:
+                nearest.row[row], nearest.gap_m[row] = found, distance_m - length_m
+        return nearest
+
+    def _followers_by_lanes(self, scene: Scene) -> Nearest:
+        """Return followers in the own lane, likewise."""
+        nearest, traffic = Nearest.nobody(len(scene.index_of)), self._traffic(scene)
+        for vehicle_id, row in self._on_road(scene):
+            lane, position_m = int(scene.lane[row]), float(scene.position_m[row])
+            found, distance_m = traffic.behind_in_lane(lane, position_m, row)
+            if found >= 0 and distance_m - (length_m := self.bodies.of(vehicle_id).length_m) <= SIGHT_M:
+                nearest.row[row], nearest.gap_m[row] = found, distance_m - length_m
+        return nearest
+
+    def _on_road(self, scene: Scene) -> list[tuple[str, int]]:
+        rows = [(vehicle_id, scene.index_of[vehicle_id]) for vehicle_id in scene.bound_ids]
+        return [(vehicle_id, row) for vehicle_id, row in rows if scene.lane[row] >= 0]
 
     def _way(self, vehicle_id: str, lane: int) -> tuple[int, ...]:
         """Return a vehicle's lane and those along its route, as far as it sees."""

@@ -16,7 +16,7 @@ from xgv_cosim.worlds.sumo.frames import headings_from_sumo
 from xgv_cosim.worlds.sumo.ghosts import is_ghost
 from xgv_cosim.worlds.sumo.integration import TELLING_M
 from xgv_cosim.worlds.sumo.lazy_snapshot import Cast, Columns, Happened, LazySnapshot
-from xgv_cosim.worlds.sumo.neighbours import NeighbourReader, Neighbours
+from xgv_cosim.worlds.sumo.neighbours import NeighbourReader, Scene
 from xgv_cosim.worlds.sumo.placing import TOLERANCE_M, Way
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from xgv_cosim.worlds.sumo.engine import OpenSimulation
     from xgv_cosim.worlds.sumo.handover import HeadingEasing
     from xgv_cosim.worlds.sumo.integration import Integration
+    from xgv_cosim.worlds.sumo.neighbours import Nearest
     from xgv_cosim.worlds.sumo.road import SumoRoad
     from xgv_cosim.worlds.sumo.roster import Roster
     from xgv_cosim.worlds.sumo.written import Written
@@ -352,11 +353,19 @@ class SnapshotReader:
             columns.position_m[rows] = [vehicle.getLanePosition(name) for name in ids]
             columns.position_m[rows] = np.where(columns.lane[rows] >= 0, columns.position_m[rows], 0.0)
 
-    def neighbours(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Neighbours:
-        """Return who is before and behind the bound vehicles."""
+    def leaders(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Nearest:
+        """Return who is before the bound vehicles."""
         with self._answers():
-            here = [cast.ids[row] for row in self.rows_of_bound(cast).tolist()]
-            return self._neighbours.read(cast.index_of, lane, position_m, here, self._owner_of)
+            return self._neighbours.leaders(self._scene(cast, lane, position_m))
+
+    def followers(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Nearest:
+        """Return who is behind them."""
+        with self._answers():
+            return self._neighbours.followers(self._scene(cast, lane, position_m))
+
+    def _scene(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Scene:
+        here = [cast.ids[row] for row in self.rows_of_bound(cast).tolist()]
+        return Scene(cast.index_of, lane, position_m, here, self._owner_of)
 
     def placement_errors(self, cast: Cast) -> tuple[FloatColumn, FloatColumn]:
         """Return distance and turn of SUMO's poses from the plant's; 0 where a driver of SUMO's moves."""
