@@ -12,6 +12,7 @@ from xgv_cosim.worlds.sumo.placing import DECISION, Seen, Wanted, Way, decide, d
 from xgv_cosim.worlds.sumo.road import SumoRoad
 
 STEP_S = 0.1
+REST_S = 0.3
 
 
 def random_road(draw: Generator) -> SumoRoad:
@@ -80,10 +81,20 @@ def test_the_compiled_loop_does_what_its_plain_python_does(seed: int) -> None:
     ways = set()
     for _ in range(8):
         seen, wanted = random_step(draw, road, n)
-        found = decide(road.tables, compiled, seen, wanted, STEP_S)
+        decided = decide(road.tables, compiled, seen, wanted, STEP_S, REST_S)
+        found = decided.found
         expected = np.zeros(n, DECISION)
         tables = as_records(road.tables)
-        decide_in_place(tables, plain.view(np.recarray), seen, wanted, STEP_S, expected.view(np.recarray))
+        any_of = np.zeros(5, np.bool_)
+        was = plain["way"].copy()
+        rows = plain.view(np.recarray), expected.view(np.recarray)
+        decide_in_place(tables, rows[0], seen, wanted, STEP_S, REST_S, rows[1], any_of)
+        assert decided[1:] == tuple(any_of.tolist())
+        assert decided.tells == expected["tells"].any()
+        assert decided.may_change_lane == expected["may_change_lane"].any()
+        assert decided.reaches_out == expected["reaches_out"].any()
+        assert decided.switches == (expected["way"] != was).any()
+        assert decided.rests == (plain["rest_steps"][seen.is_here] * STEP_S >= REST_S).any()
         for name in DECISION.names:
             np.testing.assert_allclose(found[name], expected[name], rtol=0.0, atol=1e-9, err_msg=name)
         compiled["way"] = plain["way"] = found["way"]
@@ -120,5 +131,5 @@ def test_what_is_exact_is_mirrored_after_five_steps_and_no_longer_when_it_is_not
         pose = point.x_m - beside_m * point.sine, point.y_m + beside_m * point.cosine
         turned = point.heading_rad + (0.5 if beside_m else 0.0)
         wanted = Wanted(*(np.array([value]) for value in (*pose, turned, 1.0, 0.1, True, True)))
-        ways.append(Way(decide(road.tables, row, seen, wanted, STEP_S)["way"][0]))
+        ways.append(Way(decide(road.tables, row, seen, wanted, STEP_S, REST_S).found["way"][0]))
     assert ways == [Way.FREE] * 4 + [Way.MIRROR] * 3 + [Way.FREE] * 2

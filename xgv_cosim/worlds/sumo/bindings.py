@@ -12,7 +12,7 @@ from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.held import Held
 from xgv_cosim.worlds.sumo.integration import Integration
 from xgv_cosim.worlds.sumo.lane_frame import LaneFrame
-from xgv_cosim.worlds.sumo.placing import Seen, Wanted, Way, Yields, decide
+from xgv_cosim.worlds.sumo.placing import Decided, Seen, Wanted, Way, Yields, decide
 from xgv_cosim.worlds.sumo.roster import Roster
 from xgv_cosim.worlds.sumo.route_ends import RouteEnds
 from xgv_cosim.worlds.sumo.shadows import Shadows
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from xgv_cosim.worlds.sumo.handover import HeadingEasing
     from xgv_cosim.worlds.sumo.lane_table import Table
     from xgv_cosim.worlds.sumo.road import SumoRoad
+
+_NONE, _FREE = np.uint8(Way.NONE), np.uint8(Way.FREE)
 
 
 class Bindings:
@@ -144,32 +146,60 @@ class Bindings:
         rows = before.rows_of(placement.ids)
         seen = self._seen(placement, before, rows)
         wanted = Wanted(*placement[1:])
-        found = decide(self._tables, roster, seen, wanted, self._step_s)
-        for number in np.flatnonzero(found["tells"]).tolist():
-            self._notes.append((placement.ids[number], told(Yields(roster["yields"][number]))))
-        for number in np.flatnonzero(found["may_change_lane"]).tolist():
-            self._see_lane_change_through(placement.ids[number], roster, found, number, seen)
-        for number in np.flatnonzero(seen.is_here & (found["way"] != roster["way"])).tolist():
-            was, now = Way(roster["way"][number]), Way(found["way"][number])
-            self._switching.switch(placement.ids[number], was, now, before)
-        roster["way"] = found["way"]
-        stirred = seen.is_here & (roster["rest_steps"] * self._step_s >= self._standstill.period_s)
-        for number in np.flatnonzero(stirred).tolist():
-            self._stir(placement.ids[number], before, int(rows[number]))
-        roster["rest_steps"][stirred] = 0
-        ways = np.where(seen.is_here & ~stirred, found["way"], Way.NONE)
+        decided = decide(self._tables, roster, seen, wanted, self._step_s, self._standstill.period_s)
+        self._switch(placement, before, roster, seen, decided)
+        ways = self._ways(placement, before, rows, roster, seen, decided)
         self._clear_shadows(placement, roster, ways, seen)
-        for way in Way:
-            chosen = np.flatnonzero(ways == way)
-            if way and len(chosen):
-                self._couplings.by_way[way].write(_targets(placement, found, seen.ends_route, chosen))
-        self.written = Written(placement, rows, ways, found, seen)
-        self._show_ghosts(placement, before, rows, roster, found)
+        for way, count in enumerate(np.bincount(ways).tolist()):
+            if way and count:
+                chosen = (ways == way).nonzero()[0]
+                targets = _targets(placement, decided.found, seen.ends_route, chosen)
+                self._couplings.by_way[Way(way)].write(targets)
+        self.written = Written(placement, rows, ways, decided.found, seen)
+        self._show_ghosts(placement, before, rows, roster, decided)
         self._switching.advance(before)
+
+    def _switch(
+        self, placement: Placement, before: Snapshot, roster: Table, seen: Seen, decided: Decided
+    ) -> None:
+        """Tell of couplings that give way, and prepare SUMO for who is written in another way than last."""
+        found = decided.found
+        if decided.tells:
+            for number in np.flatnonzero(found["tells"]).tolist():
+                self._notes.append((placement.ids[number], told(Yields(roster["yields"][number]))))
+        if decided.may_change_lane:
+            for number in np.flatnonzero(found["may_change_lane"]).tolist():
+                self._see_lane_change_through(placement.ids[number], roster, found, number, seen)
+        if decided.switches or decided.may_change_lane:
+            for number in np.flatnonzero(seen.is_here & (found["way"] != roster["way"])).tolist():
+                was, now = Way(roster["way"][number]), Way(found["way"][number])
+                self._switching.switch(placement.ids[number], was, now, before)
+            roster["way"] = found["way"]
+
+    def _ways(
+        self,
+        placement: Placement,
+        before: Snapshot,
+        rows: IntColumn,
+        roster: Table,
+        seen: Seen,
+        decided: Decided,
+    ) -> UInt8Column:
+        """Return the way to write each; ``NONE``: it is not there, or is kept from waiting instead."""
+        ways: UInt8Column = np.where(seen.is_here, decided.found["way"], _NONE)
+        if decided.rests:
+            stirred = seen.is_here & (roster["rest_steps"] * self._step_s >= self._standstill.period_s)
+            for number in np.flatnonzero(stirred).tolist():
+                self._stir(placement.ids[number], before, int(rows[number]))
+            roster["rest_steps"][stirred] = 0
+            ways[stirred] = _NONE
+        return ways
 
     def _clear_shadows(self, placement: Placement, roster: Table, ways: UInt8Column, seen: Seen) -> None:
         """Take away what SUMO leaves in the lane beside of those who have come onto another lane."""
-        freely = ways == Way.FREE
+        freely = ways == _FREE
+        if not freely.any():
+            return
         entered = np.flatnonzero(freely & (roster["free_lane"] != seen.lane))
         self._shadows.clear(
             [placement.ids[number] for number in entered.tolist()], seen.lane[entered].tolist()
@@ -207,15 +237,19 @@ class Bindings:
         self._standstill.stir(vehicle_id, *before.pose_of(row))
 
     def _show_ghosts(
-        self, placement: Placement, before: Snapshot, rows: IntColumn, roster: Table, found: Table
+        self, placement: Placement, before: Snapshot, rows: IntColumn, roster: Table, decided: Decided
     ) -> None:
         """Have ghosts where bodies reach into further lanes; SUMO's own driver sees to his lane changes."""
         if self._straddling is None:
             return
         by_plant, shown = placement.computer_steering, placement
-        if easing := self._switching.on_way_to_centre:
+        easing, found = self._switching.on_way_to_centre, decided.found
+        if not (easing or decided.reaches_out):
+            self.ghosts.show(())
+            return
+        if easing:
             by_plant, shown = _with_easing(easing, placement, before, rows, self._step_s)
-        owners = Owners(by_plant, found["way"] == Way.FREE)
+        owners = Owners(by_plant, found["way"] == _FREE)
         self.ghosts.show(
             self._straddling.reaches(shown, before, rows, roster, found, owners, self.ghosts.standing)
         )

@@ -321,10 +321,34 @@ def _by_driver(way: int) -> bool:
     return way in (Way.NONE, Way.LANE_KEEPING, Way.WORLD_DRIVER)
 
 
+class Decided(NamedTuple):
+    """What was decided, and whether there is anything in it to act on."""
+
+    found: Table
+    """Rows of ``DECISION``."""
+    tells: bool
+    may_change_lane: bool
+    reaches_out: bool
+    switches: bool
+    """Somebody is to be written in another way than last."""
+    rests: bool
+    """Somebody has been held at rest for as long as was asked about."""
+
+
+_TELLS, _MAY_CHANGE_LANE, _REACHES_OUT, _SWITCHES, _RESTS = range(5)
+
+
 def decide_in_place(
-    tables: LaneTables, roster: Table, seen: Seen, wanted: Wanted, step_s: float, decisions: Table
+    tables: LaneTables,
+    roster: Table,
+    seen: Seen,
+    wanted: Wanted,
+    step_s: float,
+    rest_s: float,
+    decisions: Table,
+    any_of: BoolColumn,
 ) -> None:
-    """Decide for every placed vehicle, in ``roster`` and ``decisions``; see there."""
+    """Decide for every placed vehicle, in ``roster`` and ``decisions``; see there and ``Decided``."""
     for number in range(len(roster)):
         row, found = roster[number], decisions[number]
         if not seen.is_here[number]:
@@ -374,21 +398,25 @@ def decide_in_place(
             way = Way.FREE if yields != Yields.NOTHING else asked
         row.yields = yields
         found.way = way
+        any_of[_SWITCHES] |= way != row.way
+        any_of[_TELLS] |= found.tells
         if way == Way.FREE and row.way == Way.FREE and place.position_m > tables.lanes[lane].length_m:
             row.crossing_m *= tables.leftwards  # ``moveToXY`` counts to the left in every network
         if _by_driver(way) or not (_by_driver(row.way) or row.changes_lane):
             row.changes_lane = False
         else:
-            found.may_change_lane = True
+            found.may_change_lane = any_of[_MAY_CHANGE_LANE] = True
         is_ours = way not in (Way.CAR_FOLLOWING, Way.WORLD_DRIVER)
         stands = is_ours and speed_mps == 0.0 and seen.speed_mps[number] == 0.0
         row.rest_steps = row.rest_steps + 1 if stands else 0
+        any_of[_RESTS] |= row.rest_steps * step_s >= rest_s
         found.position_m = place.position_m
         found.along_m, found.lateral_m, found.body_lateral_m = along_m, place.lateral_m, place.body_lateral_m
         found.lane_width_m = width_m
         swing_m = abs(place.lateral_m - place.body_lateral_m)  # half the length by the sine of the yaw
         reach_m = abs(place.body_lateral_m) + swing_m + 0.5 * seen.width_m[number]
         found.reaches_out = lane < 0 or reach_m > half_m
+        any_of[_REACHES_OUT] |= found.reaches_out
 
 
 def placing_sources() -> list[Path]:
@@ -400,7 +428,9 @@ def placing_sources() -> list[Path]:
 _decide_compiled = compiled(decide_in_place, placing_sources())
 
 
-def decide(tables: LaneTables, roster: Table, seen: Seen, wanted: Wanted, step_s: float) -> Table:
+def decide(
+    tables: LaneTables, roster: Table, seen: Seen, wanted: Wanted, step_s: float, rest_s: float
+) -> Decided:
     """Return a ``DECISION`` for every placed vehicle; what is kept of them in ``roster`` goes on.
 
     Args:
@@ -409,7 +439,8 @@ def decide(tables: LaneTables, roster: Table, seen: Seen, wanted: Wanted, step_s
         seen: Before the step.
         wanted: After the step.
         step_s: World step.
+        rest_s: Who has been held at rest for so long is to be told of (``Decided.rests``).
     """
-    decisions = np.zeros(len(roster), DECISION)
-    _decide_compiled(tables, roster, seen, wanted, step_s, decisions)
-    return decisions
+    decisions, any_of = np.zeros(len(roster), DECISION), np.zeros(5, np.bool_)
+    _decide_compiled(tables, roster, seen, wanted, step_s, rest_s, decisions, any_of)
+    return Decided(decisions, *any_of.tolist())

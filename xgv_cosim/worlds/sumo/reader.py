@@ -40,6 +40,9 @@ _NOWHERE = Cast((), {}, (), np.zeros(0), np.zeros(0))
 
 
 _NOT_ASKED = -2
+_LANE = int(Way.LANE)
+MOST_TELLING = 4
+"""So many of those who accelerate are asked for their places in each step, to tell how SUMO integrates."""
 
 
 class _BoundRows(NamedTuple):
@@ -193,17 +196,17 @@ class SnapshotReader:
     ) -> None:
         """Fill in what is known of the placed vehicles, and ask SUMO for what is not."""
         placement, is_here = written.placement, rows >= 0
-        posed = np.flatnonzero(written.is_posed & is_here)
+        posed = (written.is_posed & is_here).nonzero()[0]
         at = rows[posed]
         columns.x_m[at], columns.y_m[at] = placement.front_x_m[posed], placement.front_y_m[posed]
         columns.heading_rad[at] = placement.heading_rad[posed]
         columns.has_pose[at] = True
         self._driven = Driven(placement, rows)
-        driven = np.flatnonzero(placement.computer_speed & is_here)
+        driven = (placement.computer_speed & is_here).nonzero()[0]
         in_frame = written.in_lane_frame[driven] & ~np.bool_(self._integration.is_ballistic)
         sumos_mps = np.maximum(placement.speed_mps, 0.0)[driven]
         sumos_mps[in_frame] = written.along_m[driven[in_frame]] / self._step_s
-        told = np.flatnonzero(~(written.is_posed[driven] | in_frame))
+        told = (~(written.is_posed[driven] | in_frame)).nonzero()[0]
         sumos_mps[told] = snapshot.of("speed_mps", rows[driven[told]])
         self._tell_speeds(placement.ids, driven, placement.speed_mps[driven], sumos_mps)
         columns.speed_mps[rows[driven]] = placement.speed_mps[driven]
@@ -226,7 +229,9 @@ class SnapshotReader:
 
     def _fill_poses(self, written: Written, rows: IntColumn, columns: Columns, along_lane: IntColumn) -> None:
         """Fill in the poses of those who were moved in their lanes: they follow from their places there."""
-        moved = along_lane[written.way[along_lane] == Way.LANE]
+        moved = along_lane[written.way[along_lane] == _LANE]
+        if not len(moved):
+            return
         at, lateral_m = rows[moved], written.found["lateral_m"][moved]
         centre = self._road.points_ahead(columns.lane[at], columns.position_m[at], np.full(len(at), -1))
         columns.x_m[at] = centre.x_m - lateral_m * np.sin(centre.heading_rad)
@@ -253,8 +258,8 @@ class SnapshotReader:
     ) -> IntColumn:
         """Fill in lanes and positions that follow from what was written; ask SUMO for the others.
 
-        Some of the first are asked for all the same, in turn and of those who accelerate: SUMO has the last
-        word.
+        Some of the first are asked for all the same, in turn, and of some who accelerate: SUMO has the
+        last word.
 
         Returns:
             Whose place was not asked for.
@@ -265,16 +270,17 @@ class SnapshotReader:
         known &= rows >= 0
         in_turn = (np.arange(len(rows)) + round(snapshot.time_s / self._step_s)) % CHECK_STEPS == 0
         otherwise_m = self._integration.otherwise_m(written.along_m, written.seen.speed_mps)
-        in_turn |= written.in_lane_frame & (np.abs(otherwise_m) > TELLING_M)
+        telling = written.in_lane_frame & (np.abs(otherwise_m) > TELLING_M)
+        in_turn[telling.nonzero()[0][:MOST_TELLING]] = True
         asked = rows[(rows >= 0) & ~(known & ~in_turn)]
         snapshot.of("lane", asked)
-        checked = np.flatnonzero(known & in_turn)
+        checked = (known & in_turn).nonzero()[0]
         if len(checked):
             self._check(written, rows, columns, checked, at_m, otherwise_m)
         if self._is_over_socket:  # the same questions after every step travel in one message
             spare = Columns(len(snapshot.ids))
             self.read_places(self._cast, spare, rows[known & ~in_turn].tolist())
-        plain = np.flatnonzero(known & ~in_turn)
+        plain: IntColumn = (known & ~in_turn).nonzero()[0]
         columns.lane[rows[plain]], columns.position_m[rows[plain]] = lane[plain], at_m[plain]
         columns.has_place[rows[plain]] = True
         return plain

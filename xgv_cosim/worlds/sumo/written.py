@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +21,11 @@ _END_M = 10.0
 """So far from both ends of the lane."""
 
 
-class Written(NamedTuple):
+_FREE, _LANE, _MIRROR = int(Way.FREE), int(Way.LANE), int(Way.MIRROR)
+
+
+@dataclass(frozen=True)
+class Written:
     """The placed vehicles of a step; every column has shape ``(n,)``."""
 
     placement: Placement
@@ -31,24 +37,24 @@ class Written(NamedTuple):
     """Rows of ``placing.DECISION``."""
     seen: Seen
 
-    @property
+    @cached_property
     def in_lane_frame(self) -> BoolColumn:
         """Return who was written as speed and lateral position in its lane."""
-        in_frame: BoolColumn = (self.way == Way.LANE) | (self.way == Way.MIRROR)
+        in_frame: BoolColumn = (self.way == _LANE) | (self.way == _MIRROR)
         return in_frame
 
-    @property
+    @cached_property
     def is_posed(self) -> BoolColumn:
         """Return whose pose is the plant's, by ``moveToXY`` or as exact as ``auto`` mirrors."""
-        placed = (self.way == Way.FREE) & ~self.seen.ends_route
+        placed = (self.way == _FREE) & ~self.seen.ends_route
         both = self.placement.computer_speed & self.placement.computer_steering
-        posed: BoolColumn = (placed | (self.way == Way.MIRROR)) & both
+        posed: BoolColumn = (placed | (self.way == _MIRROR)) & both
         return posed
 
-    @property
+    @cached_property
     def along_m(self) -> FloatColumn:
         """Return how far those in the frame of a lane were told to go."""
-        along_m = np.where(self.way == Way.LANE, self.placement.travelled_m, self.found["along_m"])
+        along_m = np.where(self.way == _LANE, self.placement.travelled_m, self.found["along_m"])
         return np.maximum(along_m, 0.0)
 
     def places(
