@@ -338,6 +338,14 @@ class Decided(NamedTuple):
 _TELLS, _MAY_CHANGE_LANE, _REACHES_OUT, _SWITCHES, _RESTS = range(5)
 
 
+@inlinable
+def _note(any_of: BoolColumn, found: Row) -> None:
+    """Take note of what there is to act on."""
+    any_of[_TELLS] |= found.tells
+    any_of[_MAY_CHANGE_LANE] |= found.may_change_lane
+    any_of[_REACHES_OUT] |= found.reaches_out
+
+
 def decide_in_place(
     tables: LaneTables,
     roster: Table,
@@ -399,13 +407,12 @@ def decide_in_place(
         row.yields = yields
         found.way = way
         any_of[_SWITCHES] |= way != row.way
-        any_of[_TELLS] |= found.tells
         if way == Way.FREE and row.way == Way.FREE and place.position_m > tables.lanes[lane].length_m:
             row.crossing_m *= tables.leftwards  # ``moveToXY`` counts to the left in every network
         if _by_driver(way) or not (_by_driver(row.way) or row.changes_lane):
             row.changes_lane = False
         else:
-            found.may_change_lane = any_of[_MAY_CHANGE_LANE] = True
+            found.may_change_lane = True
         is_ours = way not in (Way.CAR_FOLLOWING, Way.WORLD_DRIVER)
         stands = is_ours and speed_mps == 0.0 and seen.speed_mps[number] == 0.0
         row.rest_steps = row.rest_steps + 1 if stands else 0
@@ -416,7 +423,7 @@ def decide_in_place(
         swing_m = abs(place.lateral_m - place.body_lateral_m)  # half the length by the sine of the yaw
         reach_m = abs(place.body_lateral_m) + swing_m + 0.5 * seen.width_m[number]
         found.reaches_out = lane < 0 or reach_m > half_m
-        any_of[_REACHES_OUT] |= found.reaches_out
+        _note(any_of, found)
 
 
 def placing_sources() -> list[Path]:
