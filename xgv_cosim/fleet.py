@@ -338,6 +338,8 @@ class Fleet:
     """Bits of ``actuation.LostFunction``: what errors have taken away (XGV-38)."""
     frozen: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
     """The controller is frozen: outputs held, modes not computed, endpoint silent (XGV-67)."""
+    hears_stack: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
+    """The controller computes, and what its stack sends arrives (XGV-32, XGV-67)."""
     draw_key: UInt64Column = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.uint64))
     """What a vehicle's own draws follow from: its id and the seed (``plant.imperfections``)."""
     handed_over: BoolColumn = field(default_factory=lambda: np.zeros(FIRST_CAPACITY, np.bool_))
@@ -460,6 +462,7 @@ _SINGLE_COLUMNS = (
     "brake_share_without_engine",
     "lost_functions",
     "frozen",
+    "hears_stack",
     "draw_key",
     "handed_over",
     "keeps_lane",

@@ -146,6 +146,7 @@ def copy_endpoint(state: RunState, vehicle: BoundVehicle) -> None:
     A frozen controller computes neither mode; an inactive one has none, code 0 (XGV-32, XGV-67).
     """
     fleet, slot, endpoint, devices = state.fleet, vehicle.slot, vehicle.endpoint, vehicle.devices
+    fleet.hears_stack[slot] = vehicle.is_computing and devices.hears_stack
     if not devices.is_frozen:
         fleet.control_mode[slot] = endpoint.control_mode if devices.is_active else 0
         fleet.ready_mode[slot] = endpoint.ready_mode if devices.is_active else 0
@@ -176,11 +177,8 @@ def renew_motions(
     Returns:
         Which slots were given their target.
     """
-    command = state.fleet.command
-    deaf = [v.slot for v in state.vehicles if not (v.is_computing and v.devices.hears_stack)]
-    renewed: BoolColumn = command.kind[slots] == CommandKind.MOTION_PROFILE
-    if deaf:
-        renewed &= ~np.isin(slots, deaf)
+    command, hears = state.fleet.command, state.fleet.hears_stack[slots]
+    renewed: BoolColumn = hears & (command.kind[slots] == CommandKind.MOTION_PROFILE)
     whom = slots[renewed]
     command.speed_mps[whom] = speed_mps[renewed]
     command.curvature_per_m[whom] = curvature_per_m[renewed]

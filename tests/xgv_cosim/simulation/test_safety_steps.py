@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from jaus.address import ComponentId, JausAddress
@@ -345,3 +346,33 @@ def test_a_silent_controller_loses_control_on_its_tick_xgv_65() -> None:
         "Motion Profile Driver: nobody",
     )
     assert next_s(bench.state) == math.inf  # its command was dropped with it
+
+
+@pytest.mark.parametrize("begins", [True, False])
+@pytest.mark.parametrize("kind", [FROZEN, INACTIVE, InjectionKind.CMD_LOSS])
+def test_targets_given_column_by_column_reach_only_who_hears_his_stack_xgv_32_xgv_67(
+    kind: InjectionKind, begins: bool
+) -> None:
+    """Whoever does not compute, or whose stack is cut off, keeps the target that it has."""
+    run = simulation({"one": Car(12.0), "other": Car(12.0, x_m=100.0)}, [])
+    run.run_until(1.0)
+    command, slots = run.fleet.command, np.array(list(map(run.fleet.slot_of, ("one", "other"))))
+    safety.apply(run.state, run.state.vehicle("one"), kind, None, begins=True)
+    if not begins:
+        safety.apply(run.state, run.state.vehicle("one"), kind, None, begins=False)
+    had, expires_s = command.speed_mps[slots].copy(), command.expires_s[slots].copy()
+    reached = run.renew_motions(slots, np.array([3.0, 4.0]), np.array([0.01, 0.02]), 5.0)
+    one_hears = not begins and kind is not INACTIVE  # who has booted anew has no motion in force
+    assert reached.tolist() == [one_hears, True]
+    assert command.speed_mps[slots].tolist() == [3.0 if one_hears else had[0], 4.0]
+    assert command.expires_s[slots].tolist() == [6.0 if one_hears else expires_s[0], 6.0]
+    assert command.curvature_per_m[slots[1]] == 0.02
+
+
+def test_targets_given_column_by_column_bring_no_motion_into_force() -> None:
+    bench = Bench()
+    commanding.clear_command(bench.fleet.command, 0)
+    slots = np.array([0])
+    assert not bench.run.renew_motions(slots, np.array([3.0]), np.array([0.0]), 5.0)[0]
+    assert bench.fleet.command.kind[0] == CommandKind.NONE
+    assert bench.fleet.command.expires_s[0] == math.inf
