@@ -69,7 +69,8 @@ class Snapshot:
     arrived: tuple[str, ...] = ()
     teleported: tuple[str, ...] = ()
     teleported_from: tuple[str, ...] = ()
-    """The edge of its route from which each of them was taken, empty where the world does not know it."""
+    """The edge of its route from which each of them was taken, empty where the world does not know it; no
+    entries at all: it knows none."""
     collisions: tuple[Collision, ...] = ()
     notes: tuple[tuple[str, str], ...] = field(default=())
     """(vehicle id, text) about things the world did, for example a coupling that gave way to another."""

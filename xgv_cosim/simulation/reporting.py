@@ -219,7 +219,8 @@ def note_teleports(state: RunState, road: Road, before: Snapshot, snapshot: Snap
     Where others than bound vehicles were in the step before is read only if somebody looks; so of them the
     edge is told, whoever looks.
     """
-    for vehicle_id, edge in zip(snapshot.teleported, snapshot.teleported_from, strict=True):
+    edges = snapshot.teleported_from or ("",) * len(snapshot.teleported)
+    for vehicle_id, edge in zip(snapshot.teleported, edges, strict=True):
         row, is_bound = before.index_of.get(vehicle_id), vehicle_id in state.vehicles
         place = f"edge {edge}" if edge else "the last edge of its route"
         if is_bound and row is not None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 import xgv_cosim
 from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.recording import EVENTS, REPORT, RESULT, ROAD, TRAJECTORY, read_trajectory
@@ -24,9 +26,15 @@ class Aside(MyStack):
 """
 
 
-def test_the_ghost_of_a_car_across_the_line_is_nowhere_in_the_run_folder(tmp_path: Path) -> None:
-    """Point 3.4: no count, no row, no event and no picture has it, though SUMO has it all the while."""
-    vehicles = car("ego", 100, 10, kind="xgv") + car("left", 60, 13, lane=1)
+@pytest.mark.parametrize("beside_m", [60, 99])
+def test_the_ghost_of_a_car_across_the_line_is_nowhere_in_the_run_folder(
+    tmp_path: Path, beside_m: float
+) -> None:
+    """Point 3.2: no count, no row, no event and no picture has it, though SUMO has it all the while.
+
+    Beside a car that comes over the line SUMO has one in collision with its ghost, and says so.
+    """
+    vehicles = car("ego", 100, 10, kind="xgv") + car("left", beside_m, 10, lane=1)
     config = write_config(tmp_path, vehicles, network("hello"))
     (tmp_path / "my_stack.py").write_text(STACK.read_text())
     (tmp_path / "aside.py").write_text(ASIDE)
@@ -48,6 +56,7 @@ def test_the_ghost_of_a_car_across_the_line_is_nowhere_in_the_run_folder(tmp_pat
     assert (data["num_vehicles_max"], data["num_bound_max"]) == (2, 1)
     assert list(data["vehicles"]) == ["ego"]
     assert set(read_trajectory(out / TRAJECTORY).rows_of) == {"ego", "left"}
+    assert data["collisions"] == []
     for name in (RESULT, EVENTS, ROAD, REPORT):
         assert GHOST_PREFIX not in (out / name).read_text(), name
     assert GHOST_PREFIX.encode() not in (out / TRAJECTORY).read_bytes()

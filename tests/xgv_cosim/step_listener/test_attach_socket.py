@@ -346,3 +346,17 @@ def test_what_is_no_sumo_is_refused() -> None:
     for given in (None, "traci", socket, object()):
         with pytest.raises(WorldError, match="expected the module traci or libsumo, or a connection"):
             xgv_cosim.attach(given)
+
+
+def test_stacks_at_crossings_have_sumo_refuse_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    """A question about two lanes is asked of these two; SUMO writes a line for each that it cannot answer."""
+    with xgv_cosim.attach(traci) as plugin:
+        plugin.bind(share=0.5)
+        traci.start([BINARY, *command(config_of("urban_grid"))[1:]])
+        try:
+            for _ in range(150):
+                traci.simulationStep()
+            assert len(plugin.vehicle_ids) > 3
+        finally:
+            traci.close()
+    assert "Error" not in capfd.readouterr().err

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.errors import WorldConfigurationError, WorldError
 from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of
+from xgv_cosim.worlds.sumo.inputs import TRUE
 from xgv_cosim.worlds.sumo.times import seconds_of
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ WANTED_OPTIONS = (
     ),
     WantedOption(
         "collision.check-junctions",
-        lambda value: value == "true",
+        lambda value: value.lower() in TRUE,
         "SUMO reports no collision inside junctions",
         "true",
     ),
@@ -78,7 +79,7 @@ def step_length_s(engine: Engine) -> float:
             f"SUMO's step is {step_s:g} s, expected a whole multiple of {CONTROL_TICK_S:g} s up to "
             f"{LONGEST_STEP_S:g} s; start SUMO with --step-length 0.1"
         )
-    if engine.simulation.getOption("mesosim") == "true":
+    if engine.simulation.getOption("mesosim").lower() in TRUE:
         raise WorldConfigurationError(
             "SUMO runs the mesoscopic model, in which no vehicle can be placed; start it without --mesosim"
         )

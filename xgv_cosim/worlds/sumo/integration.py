@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from xgv_cosim.worlds.sumo.inputs import TRUE
+
 if TYPE_CHECKING:
     from xgv_cosim.columns import FloatColumn
     from xgv_cosim.worlds.sumo.engine import Engine
@@ -36,9 +38,8 @@ class Integration:
         """Return what options and types of the open simulation let expect."""
         option, types = engine.simulation.getOption, engine.vehicletype
         action_steps_s = {types.getActionStepLength(name) for name in types.getIDList()}
-        chosen = (
-            option("step-method.ballistic") == "true" or float(option("default.action-step-length")) > 0.0
-        )
+        is_option = option("step-method.ballistic").lower() in TRUE
+        chosen = is_option or float(option("default.action-step-length")) > 0.0
         return cls(step_s, chosen or any(abs(length_s - step_s) > 1e-6 for length_s in action_steps_s))
 
     def otherwise_m(self, distance_m: FloatColumn, before_mps: FloatColumn) -> FloatColumn:

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 STATIC = frozenset({"lane", "edge", "junction", "route", "vehicletype"})
 """Domains that are not asked again after each step."""
+OF_TWO = frozenset({"getFoes"})
+"""Questions about a lane and one that it leads to: of another lane they would be about nothing."""
 _QUESTIONS = ("get", "is")
 """How the names of traci's getters begin; anything else is a command."""
 _LONGEST_PAUSE = 15
@@ -197,7 +199,11 @@ class SocketEngine:
         """Note what was asked about new subjects, and what was asked only now."""
         for domain, subjects in self._new.items():
             new = frozenset(subjects)
-            asked = {_pattern(q): None for q in self._asked if q.domain == domain and q.subject in new}
+            asked = {
+                _pattern(q): None
+                for q in self._asked
+                if q.domain == domain and q.subject in new and q.getter not in OF_TWO
+            }
             if asked:
                 self._asked_about_new[domain] = asked
         for question in self._asked.keys() - self._asked_before.keys():
@@ -217,7 +223,7 @@ class SocketEngine:
         pattern = _pattern(question)
         together = {question: None, **self._outdated}
         self._outdated.clear()
-        new = self._new.get(question.domain, ())
+        new = self._new.get(question.domain, ()) if question.getter not in OF_TWO else ()
         if question.subject in new:
             for domain, getter, rest in {pattern: None, **self._asked_about_new.get(question.domain, {})}:
                 together.update((Question(domain, getter, subject, rest), None) for subject in new)

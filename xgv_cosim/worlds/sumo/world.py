@@ -11,6 +11,7 @@ from xgv_cosim.worlds.levels import Levels
 from xgv_cosim.worlds.sumo.asking import Asking
 from xgv_cosim.worlds.sumo.bindings import Bindings
 from xgv_cosim.worlds.sumo.colours import Colours
+from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX
 from xgv_cosim.worlds.sumo.reader import SnapshotReader
 from xgv_cosim.worlds.sumo.road import SumoRoad
 from xgv_cosim.worlds.sumo.session import Session
@@ -116,8 +117,12 @@ class SumoWorld(Asking):
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """Return SUMO's own warnings and errors so far, oldest first; kept after ``close``."""
-        return self._session.messages if self._session is not None else self._messages
+        """Return SUMO's own warnings and errors so far, oldest first; kept after ``close``.
+
+        Without what it says of ghosts: they are ours, and what they touch is for the contacts to tell.
+        """
+        messages = self._session.messages if self._session is not None else self._messages
+        return tuple(line for line in messages if GHOST_PREFIX not in line)
 
     def start(self) -> Snapshot:
         """Open the simulation; SUMO inserts the first vehicles in the first step, so there is none yet.
