@@ -1,23 +1,70 @@
 """jaus: the protocol of the Joint Architecture for Unmanned Systems, without I/O and without a clock.
 
-Standard library only. In this version: addresses, and components with their status and control as
-transition tables. Messages and the wire follow.
+Standard library only. RA 3.3 messages as TORC's ByWire XGV speaks them: ``decode`` makes messages of bytes,
+``encode`` bytes of messages, and the messages are in ``jaus.messages``. ``jaus.component`` has status and
+control of a component as transition tables.
 """
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 from jaus.address import ComponentId, JausAddress
-from jaus.component import Component, ComponentStatus, StatusCommand
-from jaus.errors import JausError, LocalProtocolError, ProtocolError, RemoteProtocolError
+from jaus.component import Component, StatusCommand
+from jaus.errors import (
+    DecodeError,
+    EncodeError,
+    JausError,
+    LocalProtocolError,
+    ProtocolError,
+    RemoteProtocolError,
+)
+from jaus.header import Acknowledgement, DataFlag, Header, MessageProperties
+from jaus.status import ComponentStatus
+
+if TYPE_CHECKING:
+    from jaus.codec import decode, encode, encode_parts
+    from jaus.messages import Ack, Message, MessagePart, UnknownMessage
 
 __all__ = [
+    "Ack",
+    "Acknowledgement",
     "Component",
     "ComponentId",
     "ComponentStatus",
+    "DataFlag",
+    "DecodeError",
+    "EncodeError",
+    "Header",
     "JausAddress",
     "JausError",
     "LocalProtocolError",
+    "Message",
+    "MessagePart",
+    "MessageProperties",
     "ProtocolError",
     "RemoteProtocolError",
     "StatusCommand",
+    "UnknownMessage",
+    "decode",
+    "encode",
+    "encode_parts",
 ]
+
+# The declarations of all messages take some 50 ms to load; who only needs addresses does not pay for them.
+_LAZY = {
+    **dict.fromkeys(("decode", "encode", "encode_parts"), "jaus.codec"),
+    **dict.fromkeys(("Ack", "Message", "MessagePart", "UnknownMessage"), "jaus.messages"),
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_LAZY[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -16,24 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum, IntEnum, auto
+from enum import Enum, auto
 from types import MappingProxyType
 
 from jaus.address import JausAddress
 from jaus.errors import LocalProtocolError
+from jaus.status import ComponentStatus as ComponentStatus  # noqa: PLC0414 - users look for it here
 
 MAX_AUTHORITY = 255
-
-
-class ComponentStatus(IntEnum):
-    """State of a component; the number is the low nibble of Report Component Status (XGV-21)."""
-
-    INITIALIZE = 0
-    READY = 1
-    STANDBY = 2
-    SHUTDOWN = 3
-    FAILURE = 4
-    EMERGENCY = 5
 
 
 class StatusCommand(Enum):
