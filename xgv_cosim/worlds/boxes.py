@@ -175,9 +175,9 @@ def touching(boxes: Boxes, subjects: IntColumn) -> IntMatrix:
     x_m, y_m = boxes.front_x_m - half_length_m * cosine, boxes.front_y_m - half_length_m * sine
     is_subject = np.zeros(len(x_m), np.bool_)
     is_subject[subjects] = True
-    order = np.argsort(x_m if np.ptp(x_m) >= np.ptp(y_m) else y_m, kind="stable")
     if np.ptp(y_m) > np.ptp(x_m):  # the longer side tells more of them apart; east and north change places
         x_m, y_m, cosine, sine = y_m, x_m, sine, cosine
+    order = np.argsort(x_m, kind="stable")
     along = _Sorted(
         x_m[order],
         y_m[order],

@@ -12,7 +12,7 @@ from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.metrics.standing import Standing
 from xgv_cosim.runs import standing as standing_rows
-from xgv_cosim.runs.standing import warning_of
+from xgv_cosim.runs.standing import unexplained, warning_of
 
 STOP = '<stop lane="road_0" endPos="500" duration="900"/>'
 
@@ -36,6 +36,18 @@ def test_a_car_that_waits_for_long_is_named_and_one_that_has_to_stand_is_not(
     assert len(told) == is_told
     if is_told:
         assert told[0].startswith("1 bound vehicle has stood for more than 10 s at the end (ego for 1")
+
+
+def test_who_has_crashed_or_is_at_the_end_of_his_route_has_to_stand(tmp_path: Path) -> None:
+    vehicles = car("ego", 100, 10) + car("there", 1168, 1)
+    with xgv_cosim.simulate(write_config(tmp_path, vehicles, network("hello")), bind=["ego", "there"]) as run:
+        run.run_until(3.0)
+        assert run.snapshot.value("lane_position_m", run.snapshot.index_of["there"]) > 1168.0
+        lasts_s = dict.fromkeys(run.vehicle_ids, 100.0)
+        assert set(lasts_s) == {"ego", "there"}
+        assert unexplained(run, lasts_s) == {"ego": 100.0}
+        run.state.crashed.add("ego")
+        assert unexplained(run, lasts_s) == {}
 
 
 def test_standing_counts_from_the_last_move_and_anew_for_another_car_in_the_slot() -> None:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 import xgv_cosim
+from xgv_cosim.actuation import Gear
 from xgv_cosim.perception import ModeView
-from xgv_cosim.simulation.views import mode_view
+from xgv_cosim.simulation.views import mode_view, note_changes
 
 if TYPE_CHECKING:
     from xgv_cosim.endpoint import StackMessage
@@ -59,3 +60,21 @@ def test_of_a_car_to_which_nothing_happens_the_view_is_kept() -> None:
     assert 1 < len(seen) < 8
     assert seen[-1] is not None
     assert "door" in " ".join(seen[-1].reasons)
+
+
+def test_what_changes_without_a_call_and_what_is_called_without_a_change_are_both_told_anew() -> None:
+    """A gear that engages within a step touches nobody; who calls an endpoint may have changed a reason."""
+    with xgv_cosim.simulate("hello", set=[f"bind.0.stack={__name__}:Silent"]) as sim:
+        sim.run_until(2.0)
+        one, other = [vehicle for vehicle, _ in sim.state.vehicles.linked]
+        note_changes(sim.state)
+        assert (one.is_viewed, other.is_viewed) == (True, True)
+        sim.fleet.motion.gear[one.slot] = Gear.NEUTRAL
+        note_changes(sim.state)
+        assert (one.is_viewed, other.is_viewed) == (False, True)
+        assert mode_view(sim.state, one).devices.gear == Gear.NEUTRAL
+        note_changes(sim.state)
+        assert one.is_viewed
+        sim.state.alarms.touch(other)
+        note_changes(sim.state)
+        assert (one.is_viewed, other.is_viewed) == (True, False)

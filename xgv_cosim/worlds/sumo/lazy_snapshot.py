@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from xgv_cosim.worlds.sumo.neighbours import Nearest
 
 
+_MOST_ASKED = 8
+
+
 @dataclass(frozen=True, slots=True)
 class Cast:
     """Who is there; the same object from step to step as long as nobody comes or goes."""
@@ -41,6 +44,8 @@ class Cast:
         if rows is None:
             rows = np.array([self.index_of.get(name, -1) for name in ids], np.int64)
             rows.flags.writeable = False
+            if len(self._rows) >= _MOST_ASKED:
+                self._rows.clear()
             self._rows[ids] = rows
         return rows
 
@@ -141,16 +146,15 @@ class LazySnapshot(Snapshot):
 
     def keep(self, row: int) -> None:
         """Read what SUMO knows of one vehicle now, before something is done to it between two steps."""
+        if self._source is None:
+            return  # the step after this snapshot has failed
         for name in ("front_x_m", "speed_mps", "lane"):
             self.of(name, np.array([row]))
 
     def lose(self, vehicle_id: str) -> None:
-        """Read what SUMO knows of a vehicle that it is about to lose; nobody finds it by its id any more."""
-        row = self.index_of.get(vehicle_id)
-        if row is None:
+        """Let nobody find a vehicle by its id any more: SUMO has lost it."""
+        if vehicle_id not in self.index_of:
             return
-        if self._source is not None:
-            self.keep(row)
         if self.index_of is self.cast.index_of:
             self.__dict__["index_of"] = dict(self.index_of)
         del self.__dict__["index_of"][vehicle_id]
