@@ -26,6 +26,8 @@ from jaus.status import ComponentStatus
 if TYPE_CHECKING:
     from jaus.codec import decode, encode, encode_parts
     from jaus.messages import Ack, Message, MessagePart, UnknownMessage
+    from jaus.packet import Framing, acknowledgement, decode_packet, pack_datagrams, unpack_datagram
+    from jaus.reassembly import Reassembly
 
 __all__ = [
     "Ack",
@@ -36,6 +38,7 @@ __all__ = [
     "DataFlag",
     "DecodeError",
     "EncodeError",
+    "Framing",
     "Header",
     "JausAddress",
     "JausError",
@@ -44,18 +47,27 @@ __all__ = [
     "MessagePart",
     "MessageProperties",
     "ProtocolError",
+    "Reassembly",
     "RemoteProtocolError",
     "StatusCommand",
     "UnknownMessage",
+    "acknowledgement",
     "decode",
+    "decode_packet",
     "encode",
     "encode_parts",
+    "pack_datagrams",
+    "unpack_datagram",
 ]
 
 # The declarations of all messages take some 50 ms to load; who only needs addresses does not pay for them.
 _LAZY = {
     **dict.fromkeys(("decode", "encode", "encode_parts"), "jaus.codec"),
     **dict.fromkeys(("Ack", "Message", "MessagePart", "UnknownMessage"), "jaus.messages"),
+    **dict.fromkeys(
+        ("Framing", "acknowledgement", "decode_packet", "pack_datagrams", "unpack_datagram"), "jaus.packet"
+    ),
+    "Reassembly": "jaus.reassembly",
 }
 
 

@@ -8,6 +8,7 @@ from jaus.errors import DecodeError, EncodeError
 from jaus.fields import problem
 from jaus.generator import Decoder, Encoder, decoder, encoder
 from jaus.header import (
+    ANSWER_BIT,
     HEADER_LAYOUT,
     HEADER_SIZE,
     MAX_BODY_SIZE,
@@ -22,7 +23,6 @@ Decoded = Message | UnknownMessage | Ack | MessagePart
 """What the bytes of a message may turn out to be."""
 
 _new = object.__new__
-_IS_ANSWER = 0x20
 _POSITIVE = 0x10
 _SIZE_BITS = 0xFFF
 
@@ -66,13 +66,13 @@ def decode(data: bytes) -> Decoded:
             f"message {code:#06x}: got {len(data) - HEADER_SIZE} bytes after the header, "
             f"which says {control & _SIZE_BITS}"
         )
-    # As header_from_words, in place: the call would cost a tenth of the whole.
+    # As Header.from_words, in place: the call would cost a tenth of the whole.
     header = _new(Header)
     header.properties_word = properties
     header.destination_id = destination
     header.source_id = source
     header.sequence = sequence
-    if properties & _IS_ANSWER or control > _SIZE_BITS:
+    if properties & ANSWER_BIT or control > _SIZE_BITS:
         return _special(code, header, control >> 12, data[HEADER_SIZE:])
     return decode_body(code, data, header, HEADER_SIZE)
 
@@ -95,7 +95,7 @@ def decode_body(code: int, data: bytes, header: Header, begin: int = 0) -> Messa
 
 
 def _special(code: int, header: Header, data_flag: int, body: bytes) -> Ack | MessagePart:
-    if header.properties_word & _IS_ANSWER:
+    if header.properties_word & ANSWER_BIT:
         if body or data_flag:
             raise DecodeError(f"acknowledgement of {code:#06x}: got {len(body)} bytes, expected an empty one")
         return Ack(code, header.sequence, bool(header.properties_word & _POSITIVE), header=header)

@@ -18,6 +18,9 @@ RA_3_3 = 2
 
 HEADER_LAYOUT = Struct("<HHIIHH")
 """Properties, command code, destination, source, data control, sequence number."""
+ANSWER_BIT = 0x20
+"""Of the properties: set in ACK and NAK, and in nothing else."""
+_ACKNOWLEDGEMENT_BITS = 0x30
 
 
 class Acknowledgement(IntEnum):
@@ -79,6 +82,9 @@ def _properties_of(word: int) -> MessageProperties:
     )
 
 
+DEFAULT_WORD = MessageProperties().word
+
+
 class Header:
     """Who sends a message to whom, and how. Size, code and data flag follow from the message itself.
 
@@ -113,6 +119,16 @@ class Header:
         self.sequence = sequence
         self.properties_word = DEFAULT_WORD if properties is None else properties.word
 
+    @staticmethod
+    def from_words(properties_word: int, destination_id: int, source_id: int, sequence: int) -> Header:
+        """Return a header from its words as they lie on the wire."""
+        header = object.__new__(Header)
+        header.properties_word = properties_word
+        header.destination_id = destination_id
+        header.source_id = source_id
+        header.sequence = sequence
+        return header
+
     @property
     def destination(self) -> JausAddress:
         """Return to whom."""
@@ -135,8 +151,8 @@ class Header:
 
     def with_acknowledgement(self, acknowledgement: Acknowledgement) -> Header:
         """Return the same header with another ACK/NAK field."""
-        return header_from_words(
-            self.properties_word & ~0x30 | acknowledgement << 4,
+        return Header.from_words(
+            self.properties_word & ~_ACKNOWLEDGEMENT_BITS | acknowledgement << 4,
             self.destination_id,
             self.source_id,
             self.sequence,
@@ -144,12 +160,12 @@ class Header:
 
     def with_sequence(self, sequence: int) -> Header:
         """Return the same header with another sequence number."""
-        return header_from_words(self.properties_word, self.destination_id, self.source_id, sequence)
+        return Header.from_words(self.properties_word, self.destination_id, self.source_id, sequence)
 
     def reply(self, acknowledgement: Acknowledgement = Acknowledgement.NONE) -> Header:
         """Return the header of an answer: addresses swapped, priority, flags and sequence number kept."""
-        return header_from_words(
-            self.properties_word & ~0x30 | acknowledgement << 4,
+        return Header.from_words(
+            self.properties_word & ~_ACKNOWLEDGEMENT_BITS | acknowledgement << 4,
             self.source_id,
             self.destination_id,
             self.sequence,
@@ -181,18 +197,5 @@ class Header:
         return f"<Header {', '.join(notes)}>"
 
 
-DEFAULT_WORD = MessageProperties().word
-
-
-def header_from_words(properties_word: int, destination_id: int, source_id: int, sequence: int) -> Header:
-    """Return a header from its words as they lie on the wire."""
-    header = object.__new__(Header)
-    header.properties_word = properties_word
-    header.destination_id = destination_id
-    header.source_id = source_id
-    header.sequence = sequence
-    return header
-
-
-UNADDRESSED = header_from_words(DEFAULT_WORD, 0, 0, 0)
+UNADDRESSED = Header.from_words(DEFAULT_WORD, 0, 0, 0)
 """The header of a message that nobody has addressed yet; such a message cannot be encoded."""
