@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -256,11 +257,19 @@ class Plugin:
                 "through the module or connection that is attached"
             )
 
-    def user_removes(self, vehicle_id: str) -> None:
-        """End the binding of a vehicle that the script takes out of SUMO; everything else goes on."""
+    @contextmanager
+    def user_removes(self, vehicle_id: str) -> Iterator[None]:
+        """End the binding of a vehicle that the script takes out of SUMO; everything else goes on.
+
+        What SUMO refuses within the context changes nothing.
+        """
+        has_world = self._simulation is not None or self._parting is not None
+        if has_world:
+            self._world.keep(vehicle_id)
+        yield
         if self._simulation is not None:
             lifecycle.lose(self._simulation.state, vehicle_id, "the script removed it from SUMO")
-        if self._simulation is not None or self._parting is not None:
+        if has_world:
             self._world.lose(vehicle_id)
 
     def user_ends(self) -> None:

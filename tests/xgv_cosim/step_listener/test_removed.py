@@ -50,6 +50,43 @@ def test_a_bound_car_that_the_script_removes_is_released_and_all_else_goes_on(
     assert plugin.vehicle("other").speed_mps > 5.0
 
 
+def refused(script: Script, *vehicles: str) -> None:
+    """Try to remove vehicles with a reason that SUMO does not know."""
+    for name in vehicles:
+        with pytest.raises(script.module.TraCIException):
+            script.module.vehicle.remove(name, 9)
+
+
+def test_a_removal_that_sumo_refuses_changes_nothing(script: Script, plugin: xgv_cosim.Plugin) -> None:
+    plugin.bind("ego")
+    plugin.bind("back", from_s=3)
+    steps(script, 10)
+    endpoint = plugin._opened().state.vehicle("ego").endpoint
+    refused(script, "ego", "back", "nobody")
+    assert plugin.vehicle_ids == ("ego",)
+    assert plugin.snapshot.index_of.keys() == {"ego", "other", "left", "back"}
+    steps(script, 25)
+    assert [event.vehicle for event in plugin.events if event.kind == "bound"] == ["ego", "back"]
+    assert not [event for event in plugin.events if event.kind == "released"]
+    assert plugin._opened().state.vehicle("ego").endpoint is endpoint
+
+
+def test_a_refused_removal_leaves_a_hand_over_after_detach_its_end(
+    script: Script, plugin: xgv_cosim.Plugin
+) -> None:
+    plugin.bind("ego")
+    steps(script, 10)
+    fleet, own = plugin._opened().fleet, script.module.vehicle.getSpeedFactor("ego")
+    fleet.motion.speed_mps[fleet.slot_of("ego")] = 1.2 * script.module.lane.getMaxSpeed("road_0")
+    steps(script, 1)
+    plugin.detach()
+    steps(script, 2)
+    assert script.module.vehicle.getSpeedFactor("ego") > own  # until its driver has slowed down
+    refused(script, "ego")
+    steps(script, 80)
+    assert script.module.vehicle.getSpeedFactor("ego") == own
+
+
 def test_its_ghost_goes_with_it(script: Script, plugin: xgv_cosim.Plugin) -> None:
     plugin.bind("ego")
     steps(script, 3)

@@ -18,6 +18,7 @@ from xgv_cosim.worlds.sumo.unseen import READINGS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from contextlib import AbstractContextManager
 
     from xgv_cosim.worlds.sumo.engine import Engine
 
@@ -29,8 +30,8 @@ class Holder(Protocol):
         """The script wants SUMO's next step: make it, by ``Hold.step_once``."""
         ...
 
-    def user_removes(self, vehicle_id: str) -> None:
-        """The script is about to take a vehicle out of SUMO."""
+    def user_removes(self, vehicle_id: str) -> AbstractContextManager[None]:
+        """The script takes a vehicle out of SUMO within the context, which fails if SUMO refuses."""
         ...
 
     def user_ends(self) -> None:
@@ -200,9 +201,11 @@ class LibsumoHold:
 
     def _remove_wrapper(self, original: Callable[..., None]) -> Callable[..., None]:
         def remove(*args: Any, **kwargs: Any) -> None:  # noqa: ANN401 - whatever SUMO's takes
-            if LibsumoHold.held_by is self:
-                self._holder.user_removes(who_is_removed(args, kwargs))
-            original(*args, **kwargs)
+            if LibsumoHold.held_by is not self:
+                original(*args, **kwargs)
+                return
+            with self._holder.user_removes(who_is_removed(args, kwargs)):
+                original(*args, **kwargs)
 
         return remove
 

@@ -175,7 +175,7 @@ class SnapshotReader:
         )
 
     def lose(self, vehicle_id: str) -> None:
-        """Ask SUMO no more about a vehicle that it is about to lose."""
+        """Ask SUMO no more about a vehicle that it has lost."""
         self._lost.add(vehicle_id)
         self._forget(vehicle_id)
         if self._driven is not None:

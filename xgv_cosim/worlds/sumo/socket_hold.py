@@ -190,9 +190,11 @@ class SocketHold:
 
     def _remove_wrapper(self, original: Callable[..., None]) -> Callable[..., None]:
         def remove(domain: Any, *args: Any, **kwargs: Any) -> None:  # noqa: ANN401 - traci carries no types
-            if self._connection is not None and domain._connection is self._connection:
-                self._holder.user_removes(who_is_removed(args, kwargs))
-            original(domain, *args, **kwargs)
+            if self._connection is None or domain._connection is not self._connection:
+                original(domain, *args, **kwargs)
+                return
+            with self._holder.user_removes(who_is_removed(args, kwargs)):
+                original(domain, *args, **kwargs)
 
         return remove
 

@@ -287,16 +287,21 @@ class SumoWorld(Asking):
         with session.failures():
             self._colours.paint(vehicle_id, rgb)
 
-    def lose(self, vehicle_id: str) -> None:
-        """Forget a vehicle, bound or not, that somebody else is about to take out of SUMO.
+    def keep(self, vehicle_id: str) -> None:
+        """Read what the last snapshot has of a vehicle that somebody else may take out of SUMO now."""
+        row = self._snapshot.index_of.get(vehicle_id)
+        if row is not None and self.is_open:
+            with self._open().failures():
+                self._snapshot.keep(row)
 
-        What the last snapshot has of it stays readable; its id is free for another vehicle.
+    def lose(self, vehicle_id: str) -> None:
+        """Forget a vehicle, bound or not, that somebody else has taken out of SUMO.
+
+        What was kept of it in the last snapshot stays readable; its id is free for another vehicle.
         """
         if not self.is_open:
             return
-        session = self._open()
-        with session.failures():
-            self._snapshot.lose(vehicle_id)
+        self._snapshot.lose(vehicle_id)
         self._reader.lose(vehicle_id)
         self._bindings.forget(vehicle_id)
         self._stops.forget(vehicle_id)
