@@ -1,6 +1,6 @@
 """Write the tables and diagrams of the documentation from the code, or check that they are up to date.
 
-    python docs/generate.py            rewrite what stands between the markers of modes.md
+    python docs/generate.py            rewrite what stands between the markers of modes.md and jaus/README.md
     python docs/generate.py --check    exit with 1 and name the parts that are out of date
 
 A part stands between ``<!-- generated: NAME -->`` and ``<!-- end of NAME -->``.
@@ -14,6 +14,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import jaus_messages
 import xgv_device_table as devices
 import xgv_diagrams as diagrams
 import xgv_tables as tables
@@ -45,27 +46,32 @@ PARTS: Mapping[str, Callable[[], str]] = {
     "assumptions": tables.assumptions,
     "wire codes": tables.wire_codes,
 }
-"""What each marker stands for."""
+"""What each marker of modes.md stands for."""
+
+PAGES: Mapping[Path, Mapping[str, Callable[[], str]]] = {
+    PAGE: PARTS,
+    PAGE.parents[1] / "jaus" / "README.md": {"messages": jaus_messages.messages},
+}
 
 _PART = re.compile(r"<!-- generated: (?P<name>[^>]+) -->\n(?P<body>.*?)<!-- end of (?P=name) -->", re.DOTALL)
 
 
-def filled(page: str) -> tuple[str, list[str]]:
+def filled(page: str, parts: Mapping[str, Callable[[], str]] = PARTS) -> tuple[str, list[str]]:
     """Return the page with every part anew, and the names of those that were out of date.
 
     Raises:
         ValueError: A marker names no part, or a part has no marker.
     """
     found = [match["name"] for match in _PART.finditer(page)]
-    if sorted(found) != sorted(PARTS) or page.count("<!-- generated: ") != len(found):
+    if sorted(found) != sorted(parts) or page.count("<!-- generated: ") != len(found):
         raise ValueError(
-            f"markers: got {sorted(found)}, expected each of {sorted(PARTS)} once, opened and closed"
+            f"markers: got {sorted(found)}, expected each of {sorted(parts)} once, opened and closed"
         )
     stale: list[str] = []
 
     def renewed(match: re.Match[str]) -> str:
         name = match["name"]
-        body = f"\n{PARTS[name]()}\n\n"
+        body = f"\n{parts[name]()}\n\n"
         if match["body"] != body:
             stale.append(name)
         return f"<!-- generated: {name} -->\n{body}<!-- end of {name} -->"
@@ -77,20 +83,25 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--check", action="store_true", help="change nothing; exit with 1 if out of date")
-    parser.add_argument("page", nargs="?", type=Path, default=PAGE, help="the page, by default modes.md")
+    parser.add_argument("page", nargs="?", type=Path, help="a copy of modes.md, by default all pages")
     options = parser.parse_args(arguments)
-    text = options.page.read_text(encoding="utf-8")
+    pages = PAGES if options.page is None else {options.page: PARTS}
+    return max(_written(page, parts, check=options.check) for page, parts in pages.items())
+
+
+def _written(path: Path, parts: Mapping[str, Callable[[], str]], *, check: bool) -> int:
+    """Write a page, or only tell what is out of date; return the exit code."""
     try:
-        page, stale = filled(text)
+        page, stale = filled(path.read_text(encoding="utf-8"), parts)
     except ValueError as error:
-        sys.stderr.write(f"{options.page.name}: {error}\n")
+        sys.stderr.write(f"{path.name}: {error}\n")
         return 2
-    if options.check:
+    if check:
         for name in stale:
-            sys.stderr.write(f"{options.page.name}: '{name}' is out of date; run python docs/generate.py\n")
+            sys.stderr.write(f"{path.name}: '{name}' is out of date; run python docs/generate.py\n")
         return 1 if stale else 0
     if stale:
-        options.page.write_text(page, encoding="utf-8")
+        path.write_text(page, encoding="utf-8")
     return 0
 
 

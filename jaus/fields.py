@@ -12,6 +12,8 @@ from enum import IntEnum
 from struct import calcsize
 from typing import Annotated, ClassVar
 
+from jaus.stamps import DateStamp, TimeStamp
+
 _WORDS = {"B": "u8", "b": "s8", "H": "u16", "h": "s16", "I": "u32", "i": "s32", "Q": "u64", "q": "s64"}
 _WORDS |= {"f": "f32", "d": "f64"}
 
@@ -21,8 +23,8 @@ class Integer:
     """An integer as it is, ``format`` as in ``struct``."""
 
     format: str
-    names: type[IntEnum] | None = None
-    """What the values are called. With ``bits``, the members are bit numbers."""
+    names: type[IntEnum | TimeStamp | DateStamp] | None = None
+    """What the values mean. With ``bits``, the members are bit numbers."""
     unit: str = ""
     bits: bool = False
 
@@ -33,9 +35,11 @@ class Integer:
         return f"{_WORDS[self.format]} {kind}"
 
     def words(self, value: int) -> str | None:
-        """Return what ``value`` is called, None where it has no name."""
+        """Return what ``value`` means in words, None where it has none."""
         if self.names is None:
             return None
+        if issubclass(self.names, TimeStamp | DateStamp):
+            return str(self.names.from_packed(value))
         if self.bits:
             return " | ".join(bit.name.lower() for bit in self.names if value >> bit & 1) or None
         return next((member.name.lower() for member in self.names if member == value), None)
@@ -136,11 +140,7 @@ class Tagged:
     formats: tuple[str, ...]
 
     def __str__(self) -> str:
-        kinds = ", ".join(
-            f"{tag} {_WORDS.get(format_, f'{len(format_)} bytes')}"
-            for tag, format_ in enumerate(self.formats)
-        )
-        return f"u8 type ({kinds}), value"
+        return f"u8 type, number of that type ({len(self.formats)} types)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,3 +222,5 @@ def _bound(value: float) -> str:
 Byte = Annotated[int, Integer("B")]
 UnsignedShort = Annotated[int, Integer("H")]
 UnsignedLong = Annotated[int, Integer("I")]
+Time = Annotated[int, Integer("I", TimeStamp)]
+Date = Annotated[int, Integer("H", DateStamp)]

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated
 
 from jaus.address import JausAddress
-from jaus.fields import Byte, Integer, Scaled, UnsignedLong, UnsignedShort
+from jaus.fields import Byte, Date, Integer, Scaled, Time, UnsignedLong, UnsignedShort
 from jaus.messages.base import Message, message
 from jaus.status import ComponentStatus
 
@@ -43,47 +43,6 @@ class EmergencyBit(IntEnum):
     EMERGENCY = 0
 
 
-class TimeStamp(NamedTuple):
-    """A point in time within a month, UTC; fields named ``time_stamp`` hold its packed form."""
-
-    day: int
-    hour: int
-    minute: int
-    second: int
-    millisecond: int
-
-    @property
-    def packed(self) -> int:
-        """Return the 32 bits on the wire."""
-        clock = (self.hour << 6 | self.minute) << 6 | self.second
-        return (self.day << 17 | clock) << 10 | self.millisecond
-
-    @classmethod
-    def from_packed(cls, packed: int) -> Self:
-        """Return what 32 bits of the wire say."""
-        return cls(packed >> 27, packed >> 22 & 31, packed >> 16 & 63, packed >> 10 & 63, packed & 1023)
-
-
-class DateStamp(NamedTuple):
-    """A day; fields named ``date_stamp`` hold its packed form."""
-
-    year: int
-    """2000 to 2127."""
-    month: int
-    """1 to 12."""
-    day: int
-
-    @property
-    def packed(self) -> int:
-        """Return the 16 bits on the wire."""
-        return (self.year - 2000 << 4 | self.month) << 5 | self.day
-
-    @classmethod
-    def from_packed(cls, packed: int) -> Self:
-        """Return what 16 bits of the wire say."""
-        return cls(2000 + (packed >> 9), packed >> 5 & 15, packed & 31)
-
-
 Rate = Annotated[float, Scaled("H", 0.0, MAX_RATE_HZ, "Hz")]
 EmergencyBits = Annotated[int, Integer("H", EmergencyBit, bits=True)]
 
@@ -97,8 +56,8 @@ class _ServiceConnectionCommand(Message):
 
 @dataclass(slots=True)
 class _Time(Message):
-    time_stamp: UnsignedLong | None = None
-    date_stamp: UnsignedShort | None = None
+    time_stamp: Time | None = None
+    date_stamp: Date | None = None
 
 
 @message(0x0001)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated
 
-from jaus.fields import Byte, Integer, Scaled, Text, UnsignedLong, UnsignedShort
+from jaus.fields import Byte, Date, Integer, Scaled, Text, Time, UnsignedLong, UnsignedShort
 from jaus.messages.base import Message, message
 
 
@@ -186,8 +186,8 @@ class ReportGlobalPose(Message):
     pitch_rad: Attitude | None = None
     yaw_rad: Attitude | None = None
     attitude_rms_rad: AngleRms | None = None
-    time_stamp: UnsignedLong | None = None
-    date_stamp: UnsignedShort | None = None
+    time_stamp: Time | None = None
+    date_stamp: Date | None = None
     """Not in every implementation; seen in a capture of a real vehicle."""
 
 
@@ -203,7 +203,7 @@ class ReportLocalPose(Message):
     pitch_rad: Attitude | None = None
     yaw_rad: Attitude | None = None
     attitude_rms_rad: AngleRms | None = None
-    time_stamp: UnsignedLong | None = None
+    time_stamp: Time | None = None
 
 
 @message(0x4404, presence="H")
@@ -218,8 +218,8 @@ class ReportVelocityState(Message):
     pitch_rate_rad_s: AngularRate | None = None
     yaw_rate_rad_s: AngularRate | None = None
     angular_rate_rms_rad_s: AngularRateRms | None = None
-    time_stamp: UnsignedLong | None = None
-    date_stamp: UnsignedShort | None = None
+    time_stamp: Time | None = None
+    date_stamp: Date | None = None
     """Not in every implementation; seen in a capture of a real vehicle."""
 
 

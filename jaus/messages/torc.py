@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated
 
-from jaus.fields import Byte, Integer, Scaled, UnsignedLong
+from jaus.fields import Byte, Integer, Scaled, Time
 from jaus.messages.base import Message, message, record
 
 
@@ -211,7 +211,7 @@ class ReportWheelsSpeed(Message):
     left_front_mps: SignedSpeed
     right_rear_mps: SignedSpeed
     left_rear_mps: SignedSpeed
-    time_stamp: UnsignedLong
+    time_stamp: Time
 
 
 @message(0xE451)
@@ -230,7 +230,7 @@ class ReportCurvature(Message):
     version: Byte
     atan_curvature_rad: AtanCurvature
     """Arc tangent of the curvature in 1/m, positive to the right."""
-    time_stamp: UnsignedLong
+    time_stamp: Time
 
 
 @message(0xE456)

@@ -17,7 +17,6 @@ from jaus.messages.core import (
     ConfirmComponentControl,
     ConfirmServiceConnection,
     CreateServiceConnection,
-    DateStamp,
     QueryComponentAuthority,
     QueryComponentControl,
     QueryComponentStatus,
@@ -39,7 +38,6 @@ from jaus.messages.core import (
     Standby,
     SuspendServiceConnection,
     TerminateServiceConnection,
-    TimeStamp,
 )
 from jaus.messages.discovery import QueryConfiguration, QueryIdentification, QueryServices, QuerySubsystemList
 from jaus.messages.events import CancelEvent, CreateEvent, QueryEvents, RejectEventRequest
@@ -69,6 +67,7 @@ from jaus.messages.torc import (
     SetMotionProfile,
     SetSignals,
 )
+from jaus.stamps import DateStamp, TimeStamp
 
 CLIENT = JausAddress(2, 2, 4, 1)
 SEQUENCE = 263

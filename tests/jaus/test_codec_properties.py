@@ -76,7 +76,7 @@ def messages(kind: type[Message]) -> st.SearchStrategy[Message]:
 
 
 @pytest.mark.parametrize("kind", MESSAGES.values(), ids=lambda kind: kind.__name__)
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(data=st.data())
 def test_every_message_goes_there_and_back(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(messages(kind)).to(OWN, source=CLIENT, sequence=data.draw(st.integers(0, 65535)))
@@ -87,7 +87,7 @@ def test_every_message_goes_there_and_back(kind: type[Message], data: st.DataObj
 
 
 @pytest.mark.parametrize("kind", MESSAGES.values(), ids=lambda kind: kind.__name__)
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(body=st.binary(max_size=70))
 def test_any_body_is_a_message_or_a_decode_error(kind: type[Message], body: bytes) -> None:
     try:
@@ -98,7 +98,7 @@ def test_any_body_is_a_message_or_a_decode_error(kind: type[Message], body: byte
     assert encode_body(decode_body(kind.code, again, UNADDRESSED)) == again
 
 
-@settings(max_examples=300)
+@settings(max_examples=200)
 @given(data=st.binary(max_size=60))
 def test_any_bytes_are_a_message_or_a_decode_error(data: bytes) -> None:
     try:

@@ -14,6 +14,7 @@ from jaus.fields import Integer, Scaled
 from jaus.header import DataFlag, MessageProperties
 from jaus.messages import core, discovery, torc
 from jaus.messages.base import Message, message
+from jaus.stamps import DateStamp, TimeStamp
 
 
 @pytest.mark.parametrize(
@@ -64,13 +65,13 @@ def test_an_address_knows_broadcasts() -> None:
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 2**16 - 1))
 def test_stamps_go_there_and_back(time: int, date: int) -> None:
-    assert core.TimeStamp.from_packed(time).packed == time
-    assert core.DateStamp.from_packed(date).packed == date
+    assert TimeStamp.from_packed(time).packed == time
+    assert DateStamp.from_packed(date).packed == date
 
 
 def test_stamps_lie_as_the_standard_says() -> None:
-    assert core.TimeStamp(day=31, hour=23, minute=2, second=1, millisecond=999).packed == 0xFDC207E7
-    assert core.DateStamp(year=2026, month=12, day=31).packed == 0x359F
+    assert TimeStamp(day=31, hour=23, minute=2, second=1, millisecond=999).packed == 0xFDC207E7
+    assert DateStamp(year=2026, month=12, day=31).packed == 0x359F
 
 
 @pytest.mark.parametrize(("name", "value"), [("priority", 16), ("priority", -1), ("version", 64)])
