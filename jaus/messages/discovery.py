@@ -8,6 +8,9 @@ from typing import Annotated
 from jaus.fields import Byte, Integer, Text, UnsignedLong, UnsignedShort
 from jaus.messages.base import Message, message, record
 
+NAME_SIZE = 80
+"""Characters that an identification has room for."""
+
 
 class QueryLevel(IntEnum):
     """Which level of the address a query is about."""
@@ -108,7 +111,7 @@ class ReportIdentification(Message):
     query_type: Level
     authority: Byte
     identification_type: Annotated[int, Integer("H", IdentificationType)]
-    identification: Annotated[str, Text(80)] = ""
+    identification: Annotated[str, Text(NAME_SIZE)] = ""
 
 
 @message(0x4B01)
