@@ -11,6 +11,7 @@ from xgv_cosim.worlds.sumo.couplings import Targets
 from xgv_cosim.worlds.sumo.ghosts import Ghosts
 from xgv_cosim.worlds.sumo.held import Held
 from xgv_cosim.worlds.sumo.integration import Integration
+from xgv_cosim.worlds.sumo.lane_change_ending import LaneChangeEnding
 from xgv_cosim.worlds.sumo.lane_frame import LaneFrame
 from xgv_cosim.worlds.sumo.placing import Decided, Seen, Wanted, Way, Yields, decide
 from xgv_cosim.worlds.sumo.roster import Roster
@@ -49,6 +50,7 @@ class Bindings:
         """How far SUMO moves a vehicle with the speeds that it is given."""
         self._couplings = Couplings(LaneFrame(engine, self.integration, road.leftwards))
         self._switching = Switching(engine, road, step_s, self._couplings)
+        self._lane_changes = LaneChangeEnding(engine)
         self._ends = RouteEnds(engine, road, step_s)
         self._straddling = Straddling(road) if with_ghosts else None
         self._standstill = Standstill(engine, step_s, period_s(engine))
@@ -124,6 +126,7 @@ class Bindings:
     def after_step(self) -> None:
         """Set right what SUMO's step has left, before anybody reads it."""
         self._standstill.settle()
+        self._lane_changes.settle()
         self.ghosts.drop_lost()
 
     def take_notes(self) -> tuple[tuple[str, str], ...]:
@@ -169,12 +172,15 @@ class Bindings:
                 self._notes.append((placement.ids[number], told(Yields(roster["yields"][number]))))
         if decided.may_change_lane:
             for number in np.flatnonzero(found["may_change_lane"]).tolist():
-                self._see_lane_change_through(placement.ids[number], roster, found, number, seen)
+                self._see_lane_change(placement.ids[number], roster, found, number, seen)
         if decided.switches or decided.may_change_lane:
             for number in np.flatnonzero(seen.is_here & (found["way"] != roster["way"])).tolist():
                 was, now = Way(roster["way"][number]), Way(found["way"][number])
                 self._switching.switch(placement.ids[number], was, now, before)
             roster["way"] = found["way"]
+        if decided.may_change_lane:  # after the switches, which may give a vehicle another type
+            for number in np.flatnonzero(found["may_change_lane"] & roster["changes_lane"]).tolist():
+                self._lane_changes.quicken(placement.ids[number])
 
     def _ways(
         self,
@@ -197,7 +203,7 @@ class Bindings:
 
     def _clear_shadows(self, placement: Placement, roster: Table, ways: UInt8Column, seen: Seen) -> None:
         """Take away what SUMO leaves in the lane beside of those who have come onto another lane."""
-        freely = ways == _FREE
+        freely = (ways == _FREE) & ~roster["changes_lane"]  # only then is it known what is left
         if not freely.any():
             return
         entered = np.flatnonzero(freely & (roster["free_lane"] != seen.lane))
@@ -224,14 +230,14 @@ class Bindings:
             self._ends.reached(placement, lane, next_lane, position_m),
         )
 
-    def _see_lane_change_through(
-        self, vehicle_id: str, roster: Table, found: Table, number: int, seen: Seen
-    ) -> None:
-        """Let SUMO end a lane change of its driver, from whom the computer has taken the wheel."""
-        changes = self._engine.vehicle.getLateralSpeed(vehicle_id) != 0.0
+    def _see_lane_change(self, vehicle_id: str, roster: Table, found: Table, number: int, seen: Seen) -> None:
+        """Place those freely whom SUMO's driver was to bring onto another lane when he lost the wheel."""
+        changes = seen.lane[number] >= 0 and self._engine.vehicle.getLateralSpeed(vehicle_id) != 0.0
         roster["changes_lane"][number] = changes
-        if changes and seen.lane[number] >= 0 and found["way"][number] != Way.CAR_FOLLOWING:
-            found["way"][number] = Way.LANE_CHANGE_ENDING
+        if changes:
+            found["way"][number] = Way.FREE
+            roster["free_lane"][number] = -1
+            roster["since_change_m"][number] = 0.0
 
     def _stir(self, vehicle_id: str, before: Snapshot, row: int) -> None:
         self._standstill.stir(vehicle_id, *before.pose_of(row))

@@ -159,29 +159,6 @@ class MirrorCoupling:
 
 
 @dataclass(frozen=True, slots=True)
-class LaneChangeEnding:
-    """The plant's pose beside the lane's centre line while SUMO ends a lane change that its driver began.
-
-    Nothing but time ends it (measured: neither ``moveTo`` nor ``moveToXY``, no new command, mode, route or
-    type). SUMO crashes if the vehicle is placed in the other lane before SUMO itself has it there: in the
-    middle it changes to the lane beside, which is now one too far. SUMO's own step sideways comes on top of
-    the lateral position that is written.
-    """
-
-    frame: LaneFrame
-    speed_mode: int = NO_SPEED_CHECKS
-    lane_change_mode: int = NO_LANE_CHANGES
-
-    def write(self, targets: Targets) -> None:
-        """Move the vehicles to the plant's place along and across their lanes."""
-        less_own_m = [
-            lateral_m - self.frame.drift_m(name)
-            for name, lateral_m in zip(targets.ids, targets.lateral_m, strict=True)
-        ]
-        self.frame.place(targets.ids, targets.along_m, less_own_m)
-
-
-@dataclass(frozen=True, slots=True)
 class LaneKeeping:
     """Speed from the plant; the world's driver keeps the lane (computer brakes, driver steers)."""
 

@@ -63,8 +63,3 @@ class LaneFrame:
     def shift(self, vehicle_id: str, left_m: float) -> None:
         """Have a vehicle so far to the left of its lane's centre line after the coming step."""
         self.engine.vehicle.setLateralLanePosition(vehicle_id, self.leftwards * left_m)
-
-    def drift_m(self, vehicle_id: str) -> float:
-        """Return how far to the left SUMO itself moves a vehicle in the coming step."""
-        sideways_mps: float = self.engine.vehicle.getLateralSpeed(vehicle_id)
-        return self.leftwards * sideways_mps * self.step_s

@@ -34,10 +34,9 @@ class Way(IntEnum):
     FREE = 1
     LANE = 2
     MIRROR = 3
-    LANE_CHANGE_ENDING = 4
-    LANE_KEEPING = 5
-    CAR_FOLLOWING = 6
-    WORLD_DRIVER = 7
+    LANE_KEEPING = 4
+    CAR_FOLLOWING = 5
+    WORLD_DRIVER = 6
 
 
 class Yields(IntEnum):
@@ -70,6 +69,8 @@ _SEARCHES = 3
 """Projections onto the lane: the plant's distance and the lane's differ in curves."""
 _LANES_BEHIND = 4
 """So many lanes behind its own a vehicle's body may reach into: edge, junction, edge, junction."""
+_TURNED_BACK_LENGTHS = 5.0
+"""Within so many lengths of its own SUMO's heading of a vehicle forgets a lane change (measured)."""
 _UNSEEN = -2
 """Lane of a vehicle that was not looked at before."""
 
@@ -91,18 +92,19 @@ ROSTER = np.dtype(
         ("behind_3", np.int64),
         ("lateral_m", np.float64),
         ("crossing_m", np.float64),
+        ("since_change_m", np.float64),
     ]
 )
 """What is kept of a bound vehicle.
 
 ``kind`` place of its ``CouplingKind`` in ``KINDS``; ``way`` what wrote it last; ``yields`` why that was the
-free coupling; ``changes_lane`` SUMO has not yet ended a lane change of its driver, from whom the computer has
+free coupling; ``changes_lane`` SUMO is to end a lane change of its driver in this step, for the computer has
 taken the wheel; ``exact_steps`` steps in a row in which mirroring was exact, below 0 after a refusal;
 ``rest_steps`` steps for which it has been held at rest; ``lane``, ``next_lane`` where it was seen last;
 ``road_lane`` the last one that was a lane, and ``free_lane`` the one on which it was placed freely last;
 ``behind_0`` to ``behind_3`` the lanes that it has come over, nearest first, -1: no more; ``lateral_m`` where
 its front bumper was across its lane in the step before, and ``crossing_m`` before it came onto its present
-lane.
+lane; ``since_change_m`` how far it has driven since SUMO's driver changed lanes, as far as that matters.
 """
 
 
@@ -115,6 +117,7 @@ def new_row(kind: CouplingKind) -> Table:
     for number in range(_LANES_BEHIND):
         row[f"behind_{number}"] = -1
     row["lateral_m"] = row["crossing_m"] = np.nan
+    row["since_change_m"] = np.inf
     return row
 
 
@@ -161,7 +164,7 @@ DECISION = np.dtype(
 )
 """What the loop found for one vehicle, all 0 where SUMO has it nowhere.
 
-``way`` which coupling is to write it; ``may_change_lane`` SUMO has to be asked whether it ends a lane change;
+``way`` which coupling is to write it; ``may_change_lane`` SUMO is to be asked whether it is in a lane change;
 ``tells`` ``yields`` has changed; ``reaches_out`` its body may reach beyond its lane, or there is none;
 ``position_m`` where the plant has the front bumper along the lane before the step, maybe past its end;
 ``along_m`` distance along the lane from where SUMO has the front bumper to where the plant puts it;
@@ -316,6 +319,14 @@ def _yields(asked: int, is_off_road: bool, is_outside: bool, reverses: bool, lea
 
 
 @inlinable
+def _has_turned_back(row: Row, travelled_m: float, length_m: float) -> bool:
+    """Return whether SUMO's heading has nothing left of a lane change; call once a step."""
+    since_change_m: float = row.since_change_m + max(travelled_m, 0.0)
+    row.since_change_m = since_change_m
+    return since_change_m > _TURNED_BACK_LENGTHS * length_m
+
+
+@inlinable
 def _by_driver(way: int) -> bool:
     """Return whether SUMO's driver steers, or nobody has written the vehicle yet."""
     return way in (Way.NONE, Way.LANE_KEEPING, Way.WORLD_DRIVER)
@@ -386,7 +397,8 @@ def decide_in_place(
         along_m = place.position_m - before_m
         asked = _asked(row.kind, wanted.computer_speed[number], wanted.computer_steering[number])
         is_exact = (
-            leads_on
+            _has_turned_back(row, travelled_m, length_m)
+            and leads_on
             and place.error_m <= TOLERANCE_M
             and place.error_rad <= TOLERANCE_RAD
             and abs(place.lateral_m) <= half_m
