@@ -169,6 +169,21 @@ def test_nothing_of_it_stays_behind(changing: Callable[..., Ego], vehicle: str, 
     assert ego.libsumo.vehicle.getLateralSpeed("ego") == 0.0
 
 
+def test_a_change_by_the_drivers_own_wish_ends_as_fast(changing: Callable[..., Ego]) -> None:
+    """SUMO bounds the speed sideways of changes that are not urgent, here to 0.5 m/s."""
+    slow = '<vType id="slow" maxSpeed="2"/>' + car("slow", 200, 2, kind="slow", route="ab bc")
+    ego = changing(0, vehicle=OTHERS["bounded"] + slow)
+    ego.libsumo.vehicle.changeLane("ego", 0, 0.0)  # nobody asks him to
+    for _ in range(60):
+        ego.drive(SPEED_MPS, WORLD)
+        if ego.libsumo.vehicle.getLateralSpeed("ego") != 0.0:
+            break
+    assert ego.libsumo.vehicle.getLateralSpeed("ego") == pytest.approx(0.5)
+    error_m, _ = errors_beside(ego, 0.1, 2)
+    assert error_m < 1e-6
+    assert ego.libsumo.vehicle.getLateralSpeed("ego") == 0.0
+
+
 @pytest.mark.parametrize("lanes", [1, 2])
 @pytest.mark.parametrize("begun", range(2, 30, 6))
 def test_over_the_end_of_the_edge(changing: Callable[..., Ego], begun: int, lanes: int) -> None:
