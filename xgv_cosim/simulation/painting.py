@@ -28,7 +28,9 @@ class ModePainter:
         """Safety mode in whose colour each vehicle is."""
 
     def record_event(self, event: Event) -> None:
-        """Do nothing."""
+        """Paint anew who is bound: another vehicle may have had its id."""
+        if event.kind == "bound":
+            self._painted.pop(event.vehicle, None)
 
     def record_step(self, tick: int, fleet: Fleet, snapshot: Snapshot) -> None:  # noqa: ARG002 - an Observer
         """Paint whose mode has changed since the step before, and who is bound no longer."""

@@ -64,10 +64,9 @@ class RoutesAhead:
         self._known[vehicle_id] = road, now_s, edges
         return edges
 
-    def keep(self, index_of: dict[str, int]) -> None:
-        """Forget who has left the world."""
-        if len(self._known) > 2 * len(index_of) + 100:
-            self._known = {name: entry for name, entry in self._known.items() if name in index_of}
+    def forget(self, vehicle_id: str) -> None:
+        """Drop a vehicle that has left the world."""
+        self._known.pop(vehicle_id, None)
 
 
 class Comer(NamedTuple):

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _SIGHT_M = 250.0
 """How far beyond its lane a vehicle's way is followed."""
 _REPLAN_S = 1.0
-"""So often a vehicle's route is read again: somebody may have given it another."""
+"""So often a vehicle's route and class are read again: somebody may have given it others."""
 SIDES = (1, -1)
 """Left, right."""
 
@@ -117,6 +117,11 @@ class KnownWays:
             if entry is not before:
                 self._put(number, entry)
 
+    def forget(self, vehicle_id: str) -> None:
+        """Drop a vehicle that has left the world: whoever has its id later is another."""
+        if vehicle_id in self.ids:
+            self._reorder(tuple(name for name in self.ids if name != vehicle_id))
+
     def _reorder(self, ids: tuple[str, ...]) -> None:
         known = dict(zip(self.ids, zip(self.entries, self.here_m.tolist(), strict=True), strict=True))
         kept = [known.get(name) or (nowhere(), 0.0) for name in ids]
@@ -138,16 +143,17 @@ class KnownWays:
             columns.put(number, beside)
 
     def _renewed(self, vehicle_id: str, before: KnownWay, lane: int, now_s: float) -> KnownWay:
-        """Return what is known of a vehicle, the same object where neither lane nor route has changed."""
+        """Return what is known of a vehicle, the same object where lane, route and class are the same."""
         vehicle = self.engine.vehicle
-        vehicle_class = before.vehicle_class or vehicle.getVehicleClass(vehicle_id)
-        plan, read_s = before.plan, before.read_s
+        vehicle_class, plan, read_s = before.vehicle_class, before.plan, before.read_s
         if now_s - read_s >= _REPLAN_S - 1e-9:
             route, read_s = tuple(vehicle.getRoute(vehicle_id)), now_s
-            if route == plan.edges and before.lane == lane:
+            vehicle_class = vehicle.getVehicleClass(vehicle_id)
+            is_same = route == plan.edges and vehicle_class == before.vehicle_class
+            if is_same and before.lane == lane:
                 before.read_s = now_s
                 return before
-            if route != plan.edges:
+            if not is_same:
                 plan = plan_route(self.road, self.network, route, vehicle_class)
         index = vehicle.getRouteIndex(vehicle_id)
         way = way_along(self.road, self.network, plan, index, lane, _SIGHT_M)

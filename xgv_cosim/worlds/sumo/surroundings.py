@@ -73,6 +73,11 @@ class SurroundingsReader:
         known = KnownWays(engine, road, network, conflicts)
         return cls(engine, road, network, RoutesAhead(engine), conflicts, known)
 
+    def forget(self, vehicle_id: str) -> None:
+        """Drop a vehicle that has left the world: whoever has its id later is another."""
+        self._known.forget(vehicle_id)
+        self._routes.forget(vehicle_id)
+
     def read(self, snapshot: Snapshot, vehicle_ids: Sequence[str]) -> Surroundings:
         """Return what surrounds vehicles of the snapshot."""
         rows, known = rows_of(snapshot, vehicle_ids), self._known
@@ -95,7 +100,6 @@ class SurroundingsReader:
         leader_speed_mps = np.where(blocked, blocker_mps, leader_speed_mps)
         has_way = ways.lanes[:, 0] >= 0
         signals = Signals(self.engine)
-        self._routes.keep(snapshot.index_of)
         foes = FoesOf(snapshot, traffic, self.network, self._conflicts, self._routes, signals)
         to_left, to_right = known.beside
         speed_mps = snapshot.speed_mps[rows]

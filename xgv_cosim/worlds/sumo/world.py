@@ -257,8 +257,7 @@ class SumoWorld(Asking):
             subjects = self._reader.rows_of_bound(snapshot.cast)
             snapshot.with_collisions(self._contacts.merged(snapshot, self._bindings.bound, subjects))
         for vehicle_id in snapshot.arrived:
-            self._bindings.forget(vehicle_id)
-            self._stops.forget(vehicle_id)
+            self._forget(vehicle_id)
         return snapshot
 
     def surroundings(self, vehicle_ids: Sequence[str]) -> Surroundings:
@@ -303,9 +302,7 @@ class SumoWorld(Asking):
             return
         self._snapshot.lose(vehicle_id)
         self._reader.lose(vehicle_id)
-        self._bindings.forget(vehicle_id)
-        self._stops.forget(vehicle_id)
-        self._colours.forget(vehicle_id)
+        self._forget(vehicle_id)
 
     @property
     def is_handing_over(self) -> bool:
@@ -353,6 +350,14 @@ class SumoWorld(Asking):
             self._session.close()
             self._messages = self._session.messages
             self._session = None
+
+    def _forget(self, vehicle_id: str) -> None:
+        """Drop a vehicle that SUMO has no longer: whoever has its id later is another."""
+        self._bindings.forget(vehicle_id)
+        self._stops.forget(vehicle_id)
+        self._colours.forget(vehicle_id)
+        if self._surroundings is not None:
+            self._surroundings.forget(vehicle_id)
 
     def _open(self) -> OpenSimulation:
         if self._session is None or not self._session.is_open:
