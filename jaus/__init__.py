@@ -26,7 +26,9 @@ from jaus.status import ComponentStatus
 if TYPE_CHECKING:
     from jaus.codec import decode, encode, encode_parts
     from jaus.messages import Ack, Message, MessagePart, UnknownMessage
+    from jaus.node import Node
     from jaus.packet import Framing, acknowledgement, decode_packet, pack_datagrams, unpack_datagram
+    from jaus.port import Port
     from jaus.reassembly import Reassembly
 
 __all__ = [
@@ -46,6 +48,8 @@ __all__ = [
     "Message",
     "MessagePart",
     "MessageProperties",
+    "Node",
+    "Port",
     "ProtocolError",
     "Reassembly",
     "RemoteProtocolError",
@@ -67,6 +71,8 @@ _LAZY = {
     **dict.fromkeys(
         ("Framing", "acknowledgement", "decode_packet", "pack_datagrams", "unpack_datagram"), "jaus.packet"
     ),
+    "Node": "jaus.node",
+    "Port": "jaus.port",
     "Reassembly": "jaus.reassembly",
 }
 

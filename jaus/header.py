@@ -20,6 +20,8 @@ HEADER_LAYOUT = Struct("<HHIIHH")
 """Properties, command code, destination, source, data control, sequence number."""
 ANSWER_BIT = 0x20
 """Of the properties: set in ACK and NAK, and in nothing else."""
+SERVICE_CONNECTION_BIT = 0x40
+"""Of the properties: set in every message about and under a service connection."""
 _ACKNOWLEDGEMENT_BITS = 0x30
 
 

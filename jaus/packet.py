@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from struct import Struct
 
+from jaus.address import JausAddress
 from jaus.as5669a import SAME_IN_SAE, framed, ra_packet
 from jaus.codec import Decoded, decode
 from jaus.errors import DecodeError
@@ -109,6 +110,15 @@ def acknowledgement(packet: bytes, *, positive: bool = True) -> bytes | None:
     answer = header.reply(Acknowledgement.POSITIVE if positive else Acknowledgement.NEGATIVE)
     words = answer.destination_id, answer.source_id, 0, answer.sequence
     return HEADER_LAYOUT.pack(answer.properties_word, code, *words)
+
+
+def destination_of(packet: bytes) -> JausAddress:
+    """Return to whom a packet is addressed, whether or not it can be decoded.
+
+    Raises:
+        DecodeError: There is no whole header.
+    """
+    return _header_of(packet)[1].destination
 
 
 def _header_of(packet: bytes) -> tuple[int, Header]:

@@ -125,9 +125,10 @@ class ServiceConnections:
         """Return when the next report is due, None for never."""
         return None if self._next_s == math.inf else self._next_s
 
-    def drop(self, client: Client) -> None:
-        """Forget the connections of a client that is gone."""
-        self._by_client.pop(client, None)
+    def drop(self, transport: Hashable) -> None:
+        """Forget the connections of the clients whose datagrams came from ``transport``."""
+        for client in [each for each in self._by_client if each.transport == transport]:
+            del self._by_client[client]
         self._reckon()
 
     def terminate(self) -> list[tuple[Client, TerminateServiceConnection]]:

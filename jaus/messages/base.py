@@ -28,7 +28,14 @@ from typing import (
 
 from jaus.address import JausAddress
 from jaus.fields import Counted, Field, Integer, Kind, Nested
-from jaus.header import UNADDRESSED, Acknowledgement, DataFlag, Header, MessageProperties
+from jaus.header import (
+    SERVICE_CONNECTION_BIT,
+    UNADDRESSED,
+    Acknowledgement,
+    DataFlag,
+    Header,
+    MessageProperties,
+)
 
 EXPERIMENTAL_CODES = 0xD000
 """From here on the codes are experimental (jaus-wire: D000 to FFFF)."""
@@ -51,6 +58,8 @@ class Message:
     """How many fields lie before the presence vector."""
     properties: ClassVar[MessageProperties]
     """What its header says by default."""
+    properties_word: ClassVar[int]
+    """The same as on the wire."""
 
     header: Header = field(default=UNADDRESSED, kw_only=True)
 
@@ -67,10 +76,28 @@ class Message:
         source: JausAddress,
         sequence: int = 0,
         acknowledgement: Acknowledgement = Acknowledgement.NONE,
+        service_connection: bool = False,
     ) -> Self:
-        """Address the message and return it; priority and flags are those of its kind."""
-        header = Header(destination, source, sequence, self.properties)
-        self.header = header.with_acknowledgement(acknowledgement) if acknowledgement else header
+        """Address the message and return it; priority and flags are those of its kind.
+
+        Args:
+            destination: To whom.
+            source: From whom.
+            sequence: Sequence number.
+            acknowledgement: Whether the receiver shall acknowledge it.
+            service_connection: Whether it is sent under a service connection.
+        """
+        word = self.properties_word | acknowledgement << 4
+        if service_connection:
+            word |= SERVICE_CONNECTION_BIT
+        self.header = Header.from_words(word, destination.jaus_id, source.jaus_id, sequence)
+        return self
+
+    def keep(self, presence_vector: int) -> Self:
+        """Take away the optional fields that ``presence_vector`` does not name, and return the message."""
+        for each in self.fields:
+            if each.bit is not None and not presence_vector >> each.bit & 1:
+                setattr(self, each.name, None)
         return self
 
 
@@ -138,6 +165,7 @@ def message(
         made.properties = MessageProperties(
             service_connection=service_connection, experimental=code >= EXPERIMENTAL_CODES
         )
+        made.properties_word = made.properties.word
         if code in MESSAGES:
             raise TypeError(f"{cls.__name__}: code {code:#06x} belongs to {MESSAGES[code].__name__}")
         MESSAGES[code] = made

@@ -186,7 +186,7 @@ def test_limits_refuse_one_too_many() -> None:
 def test_a_client_that_is_gone_is_forgotten() -> None:
     connections = ServiceConnections(REPORTS, max_clients=1)
     connections.receive(create(), CLIENT, 0.0)
-    connections.drop(CLIENT)
+    connections.drop(CLIENT.transport)
     assert connections.next_deadline_s() is None
     answer = connections.receive(create(), OTHER, 0.0)
     assert answer is not None
@@ -236,8 +236,9 @@ class AnyMessages(RuleBasedStateMachine):
 
     clients = st.sampled_from([CLIENT, OTHER, Client(JausAddress(9, 9, 9, 9))])
     codes = st.sampled_from([VELOCITY, STATUS, 0x4403])
+    rates_hz = st.integers(0, 65535).map(lambda raw: raw * 1092.0 / 65535)
 
-    @rule(client=clients, code=codes, rate_hz=st.floats(0.0, 1092.0), presence=st.integers(0, 3))
+    @rule(client=clients, code=codes, rate_hz=rates_hz, presence=st.integers(0, 3))
     def create(self, client: Client, code: int, rate_hz: float, presence: int) -> None:
         before = {each.client for each in self.connections}
         answer = self.connections.receive(create(code, rate_hz, presence), client, self.now_s)
@@ -271,7 +272,7 @@ class AnyMessages(RuleBasedStateMachine):
 
     @rule(client=clients)
     def client_goes(self, client: Client) -> None:
-        self.connections.drop(client)
+        self.connections.drop(client.transport)
 
     @invariant()
     def limits_hold(self) -> None:

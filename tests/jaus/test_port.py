@@ -1,0 +1,414 @@
+"""Nodes behind a port: what real clients do, over a fake wire and a clock that the test moves."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Hashable
+
+import pytest
+
+from jaus.address import ComponentId, JausAddress
+from jaus.codec import Decoded, decode, encode, encode_parts
+from jaus.discovery import ComponentDescription, NodeDescription
+from jaus.errors import LocalProtocolError
+from jaus.header import Acknowledgement
+from jaus.messages import Ack, Message, UnknownMessage
+from jaus.messages.core import (
+    ConfirmServiceConnection,
+    CreateServiceConnection,
+    QueryComponentStatus,
+    ReportComponentControl,
+    ReportComponentStatus,
+    ReportHeartbeatPulse,
+    RequestComponentControl,
+    Resume,
+    TerminateServiceConnection,
+)
+from jaus.messages.discovery import QueryIdentification, ReportIdentification
+from jaus.messages.events import Event
+from jaus.messages.platform import (
+    QueryVelocityState,
+    QueryWrenchEffort,
+    ReportDiscreteDevices,
+    ReportVelocityState,
+    ReportWrenchEffort,
+    SetWrenchEffort,
+)
+from jaus.messages.torc import Motion, QueryVehicleMode, ReportVehicleMode, SetMotionProfile
+from jaus.node import EVERYONE, Node, report_code_of
+from jaus.packet import Framing, decode_packet, pack_datagrams, unpack_datagram
+from jaus.port import DatagramRefused, MessageNotSent, MessageReceived, Port
+from jaus.service_connection import Client
+from tests.jaus.golden import GOLDEN
+
+NM, PD, MPD, VSS = (
+    ComponentId.NODE_MANAGER,
+    ComponentId.PRIMITIVE_DRIVER,
+    ComponentId.MOTION_PROFILE_DRIVER,
+    ComponentId.VELOCITY_STATE_SENSOR,
+)
+REPORTS = {
+    NM: {0xE456: None},
+    PD: {0x4002: None, 0x400D: None, 0x4405: 0x61, 0x4406: 0x07},
+    MPD: {0x4002: None, 0x400D: None},
+    VSS: {0x4404: 0x0101},
+}
+OWN = JausAddress(1, 2, 4, 1)
+CLIENT, OTHER = ("127.0.0.1", 40000), ("127.0.0.1", 40001)
+
+
+def reporter(_component: int, code: int) -> Message:
+    """Return reports with more in them than an XGV supports: the node takes away what does not belong."""
+    return {
+        0xE456: ReportVehicleMode(0, 1, 1, 2, 0, 0x10),
+        0x4002: ReportComponentStatus(1),
+        0x400D: ReportComponentControl(),
+        0x4404: ReportVelocityState(velocity_x_mps=3.0, velocity_y_mps=9.0, time_stamp=7),
+        0x4405: ReportWrenchEffort(25.0, resistive_linear_x_percent=10.0),
+        0x4406: ReportDiscreteDevices(0x43, 1, 2, 9),
+    }[code]
+
+
+def node(subsystem: int, heartbeat_begin_s: float = 0.0) -> Node:
+    components = tuple(ComponentDescription(each, each.name) for each in (NM, PD, MPD, VSS))
+    description = NodeDescription(subsystem, f"SIMULATED XGV {subsystem}", components)
+    return Node(description, REPORTS, reporter, heartbeat_begin_s=heartbeat_begin_s)
+
+
+class Wire:
+    """A client at one place, and the port that it talks to."""
+
+    def __init__(self, port: Port, transport: Hashable = CLIENT, framing: Framing = Framing.JUDP1) -> None:
+        self.port, self.transport, self.framing = port, transport, framing
+        self.now_s = 0.0
+
+    def send(self, *messages: Message | bytes) -> None:
+        packets = [each if isinstance(each, bytes) else encode(each) for each in messages]
+        for datagram in pack_datagrams(self.framing, packets, max_messages=5):
+            self.port.receive_datagram(datagram, self.transport, self.now_s)
+
+    def heard(self) -> list[Decoded]:
+        """Return what the port sends to this client now, heartbeats aside."""
+        found: list[Decoded] = []
+        for datagram, destination in self.port.datagrams_to_send(self.now_s):
+            if destination == self.transport:
+                framing, packets = unpack_datagram(datagram)
+                assert framing is self.framing
+                found += [decode_packet(framing, packet) for packet in packets]
+        return [message for message in found if not isinstance(message, ReportHeartbeatPulse)]
+
+    def asked(self, message: Message) -> list[Decoded]:
+        self.send(message)
+        return self.heard()
+
+    def events(self) -> list[object]:
+        found = []
+        while (event := self.port.next_event()) is not None:
+            found.append(event)
+        return found
+
+
+@pytest.fixture
+def port() -> Port:
+    return Port([node(1), node(2)])
+
+
+@pytest.fixture
+def wire(port: Port) -> Wire:
+    return Wire(port)
+
+
+def at(component: int, subsystem: int = 1) -> JausAddress:
+    return JausAddress(subsystem, 1, component, 1)
+
+
+def create(code: int, component: int, rate_hz: float, presence: int) -> CreateServiceConnection:
+    return CreateServiceConnection(code, rate_hz, presence).to(at(component), source=OWN)
+
+
+@pytest.mark.parametrize("framing", [Framing.JUDP1, Framing.OPC])
+def test_a_query_is_answered_in_kind_to_where_it_came_from(port: Port, framing: Framing) -> None:
+    wire = Wire(port, framing=framing)
+    (report,) = wire.asked(QueryVelocityState(0xFFFF).to(at(VSS, 2), source=OWN, sequence=3))
+    assert isinstance(report, ReportVelocityState)
+    assert (report.header.source, report.header.destination) == (at(VSS, 2), OWN)
+    assert report.presence_vector == 0x0101
+    assert report.velocity_x_mps == pytest.approx(3.0, abs=1e-6)
+    assert not report.header.properties.service_connection
+
+
+def test_queries_of_torc_are_answered(wire: Wire) -> None:
+    (report,) = wire.asked(QueryVehicleMode().to(at(NM), source=OWN))
+    assert isinstance(report, ReportVehicleMode)
+    assert report.header.properties.experimental
+
+
+def test_what_a_component_does_not_report_is_the_applications_business(wire: Wire) -> None:
+    """XGV-53: a firmware without Report Vehicle Mode simply does not list it."""
+    assert wire.asked(QueryWrenchEffort(0x61).to(at(MPD), source=OWN)) == []
+    (event,) = wire.events()
+    assert isinstance(event, MessageReceived)
+    assert isinstance(event.message, QueryWrenchEffort)
+
+
+def test_commands_go_to_the_application_with_who_sent_them_from_where(wire: Wire) -> None:
+    profile = SetMotionProfile(motions=(Motion(5.0, 2.0, 0.1, 0.06, 400),)).to(at(MPD, 2), source=OWN)
+    assert wire.asked(profile) == []
+    (event,) = wire.events()
+    assert isinstance(event, MessageReceived)
+    assert event.node.description.subsystem == 2
+    assert event.client == Client(OWN, CLIENT)
+    assert encode(event.message) == encode(profile)
+
+
+def test_torcs_eight_service_connections(wire: Wire) -> None:
+    """The rates and presence vectors that TORC's client asks for; all first reports come at once."""
+    wanted = [
+        (0x4404, VSS, 50.0, 0x01, 50),
+        (0xE456, NM, 5.0, 0xFF, 5),
+        (0x4405, PD, 50.0, 0x61, 50),
+        (0x400D, PD, 1.0, 0, 1),
+        (0x400D, MPD, 1.0, 0, 1),
+        (0x4406, PD, 10.0, 0xFF, 10),
+        (0x4002, PD, 5.0, 0, 5),
+        (0x4002, MPD, 5.0, 0, 5),
+    ]
+    for code, component, rate_hz, presence, _ in wanted:
+        (confirmed,) = [
+            message
+            for message in wire.asked(create(code, component, rate_hz, presence))
+            if isinstance(message, ConfirmServiceConnection)
+        ]
+        assert (confirmed.command_code, confirmed.response) == (code, 0)
+        assert confirmed.header.properties.service_connection
+    reports: list[Decoded] = []
+    for step in range(1, 1001):
+        wire.now_s = step * 0.01
+        reports += wire.heard()
+    for code, component, _, presence, per_second in wanted:
+        own = [
+            message for message in reports if (message.code, message.header.source) == (code, at(component))
+        ]
+        assert len(own) == pytest.approx(10 * per_second, rel=0.02, abs=1)
+        assert all(message.header.properties.service_connection for message in own)
+        assert [message.header.sequence for message in own] == list(range(1, len(own) + 1))
+        supported = REPORTS[component][code]
+        if supported is not None:
+            first = own[0]
+            assert isinstance(first, Message)
+            assert first.presence_vector == presence & supported & {0x4405: 0x41}.get(code, ~0)
+
+
+def test_everyone_heard_or_named_gets_a_heartbeat_per_second() -> None:
+    """A client that waits for one before it speaks is named; XGVs beat before anybody speaks."""
+    port = Port([node(1), node(2, 0.5)], peers=[OTHER])
+    beats: list[tuple[Hashable, JausAddress, int]] = []
+    for step in range(200):
+        if step == 100:
+            port.receive_datagram(pack_datagrams(Framing.OPC, [encode(pulse())])[0], CLIENT, step * 0.01)
+        for datagram, destination in port.datagrams_to_send(step * 0.01):
+            framing, (packet,) = unpack_datagram(datagram)
+            assert framing is (Framing.JUDP1 if destination == OTHER else Framing.OPC)
+            message = decode(packet)
+            assert isinstance(message, ReportHeartbeatPulse)
+            assert message.header.destination == EVERYONE
+            beats.append((destination, message.header.source, message.header.sequence))
+    first, second = at(NM, 1), at(NM, 2)
+    assert [beat for beat in beats if beat[0] == OTHER] == [
+        (OTHER, first, 0),
+        (OTHER, second, 0),
+        (OTHER, first, 1),
+        (OTHER, second, 1),
+    ]
+    assert [beat for beat in beats if beat[0] == CLIENT] == [(CLIENT, first, 1), (CLIENT, second, 1)]
+
+
+def pulse() -> ReportHeartbeatPulse:
+    return ReportHeartbeatPulse().to(EVERYONE, source=OWN)
+
+
+def test_a_broadcast_reaches_every_node(wire: Wire) -> None:
+    """A node manager identifies the subsystems that it hears."""
+    found = wire.asked(QueryIdentification(2).to(JausAddress(255, 255, 1, 1), source=OWN))
+    assert all(isinstance(message, ReportIdentification) for message in found)
+    assert [message.header.source for message in found] == [at(NM, 1), at(NM, 2)]
+    assert found[0].identification == "SIMULATED XGV 1"  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("destination", [at(PD, 3), JausAddress(1, 2, 33, 1), JausAddress(1, 1, 99, 1)])
+def test_what_is_for_somebody_else_is_passed_over(wire: Wire, destination: JausAddress) -> None:
+    request = Resume().to(destination, source=OWN, acknowledgement=Acknowledgement.REQUESTED)
+    assert wire.asked(request) == []
+    assert wire.events() == []
+
+
+@pytest.mark.parametrize("framing", list(Framing))
+def test_a_command_is_acknowledged_on_receipt(port: Port, framing: Framing) -> None:
+    """Glidepath tries five times, 20 ms apart, until it has the ACK."""
+    wire = Wire(port, framing=framing)
+    request = RequestComponentControl(6).to(
+        at(PD), source=OWN, sequence=8, acknowledgement=Acknowledgement.REQUESTED
+    )
+    (ack,) = wire.asked(request)
+    assert isinstance(ack, Ack)
+    assert (ack.code, ack.sequence, ack.positive) == (0x000D, 8, True)
+    assert len(wire.events()) == 1
+
+
+def test_a_command_that_cannot_be_decoded_gets_a_nak(wire: Wire) -> None:
+    good = encode(Resume().to(at(PD), source=OWN))
+    bad = bytes.fromhex("16020d00012101010104020102000900 0600")
+    wire.send(bad, good)
+    (nak,) = wire.heard()
+    assert isinstance(nak, Ack)
+    assert (nak.code, nak.sequence, nak.positive) == (0x000D, 9, False)
+    refused, resumed = wire.events()
+    assert isinstance(refused, DatagramRefused)
+    assert "RequestComponentControl (0x000d)" in refused.reason
+    assert isinstance(resumed, MessageReceived)
+
+
+def test_a_forged_source_cannot_end_the_reports_of_another(port: Port, wire: Wire) -> None:
+    wire.asked(create(0x4002, PD, 10.0, 0))
+    forger = Wire(port, OTHER)
+    forger.send(TerminateServiceConnection(0x4002, 0).to(at(PD), source=OWN))
+    wire.now_s = forger.now_s = 0.2
+    datagrams = port.datagrams_to_send(0.2)
+    reports = [destination for datagram, destination in datagrams if b"\x02\x40" in datagram[:9]]
+    assert reports == [CLIENT]
+
+
+def test_a_large_message_arrives_whole(wire: Wire) -> None:
+    large = Event(1, 0x4002, 0, bytes(range(256)) * 30).to(at(PD), source=OWN)
+    wire.send(*encode_parts(large))
+    (event,) = wire.events()
+    assert isinstance(event, MessageReceived)
+    assert event.message == large
+
+
+def test_who_is_silent_for_long_is_forgotten() -> None:
+    port = Port([node(1)], peer_timeout_s=10.0, max_peers=1)
+    wire = Wire(port)
+    wire.asked(create(0x4002, PD, 1.0, 0))
+    wire.now_s = 9.0
+    assert len(wire.heard()) == 1
+    wire.now_s = 10.1
+    assert wire.heard() == []
+    wire.now_s = 20.0
+    assert port.datagrams_to_send(20.0) == []
+    assert Wire(port, OTHER).asked(QueryComponentStatus().to(at(PD), source=OWN)) != []
+
+
+def test_one_peer_too_many_is_refused_until_another_is_silent() -> None:
+    port = Port([node(1)], max_peers=2)
+    for number in range(4):
+        Wire(port, number).send(Resume().to(at(PD), source=OWN))
+    kinds = [type(event).__name__ for event in Wire(port).events()]
+    assert kinds == ["MessageReceived"] * 2 + ["DatagramRefused"] * 2
+    late = Wire(port, 4)
+    late.now_s = 5.1
+    assert len(late.asked(QueryComponentStatus().to(at(PD), source=OWN))) == 1
+
+
+def test_what_is_no_message_makes_nobody_known() -> None:
+    port = Port([node(1)], max_peers=1)
+    port.receive_datagram(b"nothing", 1, 0.0)
+    Wire(port, 2).send(bytes.fromhex("06020d00012101010104020102000900 0600"))
+    Wire(port, 3).send(Resume().to(at(PD, 9), source=OWN))
+    assert port.datagrams_to_send(0.0) == []
+    assert len(Wire(port, 4).asked(QueryComponentStatus().to(at(PD), source=OWN))) == 1
+
+
+def test_beginnings_of_large_messages_from_anywhere_are_not_kept() -> None:
+    port = Port([node(1)], max_peers=3)
+    first = encode_parts(Event(1, 0x4002, 0, bytes(9000)).to(at(PD), source=OWN))[0]
+    for number in range(100):
+        Wire(port, number).send(first)
+    assert len(port._reassembly) <= 3
+
+
+def test_events_that_nobody_takes_do_not_pile_up() -> None:
+    port = Port([node(1)], max_events=10)
+    for _ in range(100):
+        port.receive_datagram(b"nothing", CLIENT, 0.0)
+    assert len(Wire(port).events()) == 10
+
+
+def test_nodes_come_and_go(port: Port, wire: Wire) -> None:
+    """A vehicle that leaves the simulation tells its clients."""
+    port.add(third := node(3))
+    status = QueryComponentStatus().to(at(PD, 3), source=OWN)
+    assert len(wire.asked(status)) == 1
+    wire.asked(CreateServiceConnection(0x4002, 1.0, 0).to(at(PD, 3), source=OWN))
+    port.remove(third)
+    (ended,) = wire.asked(status)
+    assert isinstance(ended, TerminateServiceConnection)
+    assert (ended.command_code, ended.header.source) == (0x4002, at(PD, 3))
+
+
+def test_what_has_no_form_in_sae_jaus_is_told(port: Port) -> None:
+    wire = Wire(port, framing=Framing.AS5669A)
+    assert wire.asked(QueryWrenchEffort(0x61).to(at(PD), source=OWN)) == []
+    (event,) = wire.events()
+    assert isinstance(event, MessageNotSent)
+    assert "0x4405: its body in SAE JAUS is another one" in event.reason
+
+
+def test_an_sae_effort_is_never_taken_for_one_of_ra(port: Port) -> None:
+    wire = Wire(port)
+    datagram = bytes.fromhex("02 00 1400 01 21010100 04020100 0504 0100 ff7f 0100")
+    port.receive_datagram(datagram, CLIENT, 0.0)
+    (event,) = wire.events()
+    assert isinstance(event, MessageReceived)
+    assert isinstance(event.message, UnknownMessage)
+
+
+def test_deadlines_are_those_of_reports_and_heartbeats(port: Port, wire: Wire) -> None:
+    assert Port([]).next_deadline_s() is None
+    wire.heard()
+    assert port.next_deadline_s() == 1.0
+    wire.asked(create(0x4002, PD, 10.0, 0))
+    assert port.next_deadline_s() == pytest.approx(0.1, abs=1e-3)
+
+
+def test_reports_of_a_component_that_is_not_there_are_a_mistake() -> None:
+    description = NodeDescription(1, "SIMULATED", (ComponentDescription(1, "Node Manager"),))
+    with pytest.raises(LocalProtocolError, match=r"reports of components \[33\], expected \[1\]"):
+        Node(description, {33: {}}, reporter)
+
+
+@pytest.mark.parametrize(
+    ("query", "report"), [(0x2404, 0x4404), (0xE256, 0xE456), (0x0405, None), (0xE328, None), (0x4404, None)]
+)
+def test_reports_lie_behind_their_queries(query: int, report: int | None) -> None:
+    assert report_code_of(query) == report
+
+
+def test_ten_thousand_mutated_datagrams(port: Port, wire: Wire) -> None:
+    """Nothing but events comes of them, and what is kept stays within its limits."""
+    dice = random.Random(5)
+    datagrams = [
+        pack_datagrams(framing, [golden.data])[0]
+        for golden in GOLDEN
+        for framing in (Framing.JUDP1, Framing.OPC)
+    ]
+    for step in range(10_000):
+        data = bytearray(dice.choice(datagrams))
+        for _ in range(dice.randrange(4)):
+            data[dice.randrange(len(data))] = dice.randrange(256)
+        if dice.random() < 0.2:
+            data = data[: dice.randrange(len(data))]
+        port.receive_datagram(bytes(data), ("127.0.0.1", dice.randrange(100)), step * 0.01)
+        if step % 50 == 0:
+            port.datagrams_to_send(step * 0.01)
+            wire.events()
+    wire.now_s = 110.0
+    assert len(wire.asked(QueryComponentStatus().to(at(PD), source=OWN))) >= 1
+
+
+def test_the_application_sends_by_itself(port: Port, wire: Wire) -> None:
+    wire.framing = Framing.OPC
+    wire.asked(Resume().to(at(PD), source=OWN))
+    port.send(SetWrenchEffort(10.0).to(OWN, source=at(PD)), Client(OWN, CLIENT))
+    (message,) = wire.heard()
+    assert isinstance(message, SetWrenchEffort)
