@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import statistics
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from tests.xgv_cosim.step_listener.scripts import Trace, command, config_of
 from tests.xgv_cosim.worlds.sumo_traffic import car, network, write_config
 from xgv_cosim.errors import WorldError
 from xgv_cosim.worlds.sumo.reader import REPORTED_TOLERANCE_MPS
+from xgv_cosim.worlds.sumo.socket_engine import SocketEngine
+from xgv_cosim.worlds.sumo.socket_messages import Question
 
 HELLO = config_of("hello")
 BOUND = car("xgv", 20, 8.0, lane=1, kind="xgv")
@@ -107,8 +110,6 @@ def _parked(number: int) -> str:
 
 def test_answers_are_traci_s_own(many: Script) -> None:
     """Pins traci's names with an underscore: the getters that worlds use, one by one and all at once."""
-    from xgv_cosim.worlds.sumo.socket_engine import SocketEngine
-
     engine = SocketEngine(traci.getConnection())
     vehicles, lanes = traci.vehicle.getIDList()[:20], traci.lane.getIDList()
     of_a_vehicle = [
@@ -159,10 +160,8 @@ def test_answers_are_traci_s_own(many: Script) -> None:
 
 
 def test_a_question_that_sumo_refuses_leaves_the_others_alone(
-    many: Script, capfd: pytest.CaptureFixture[str]
+    capfd: pytest.CaptureFixture[str], many: Script
 ) -> None:
-    from xgv_cosim.worlds.sumo.socket_engine import SocketEngine
-
     engine = SocketEngine(traci.getConnection())
     gone, left, right = traci.vehicle.getIDList()[:3]
     engine.remember()
@@ -182,9 +181,55 @@ def test_a_question_that_sumo_refuses_leaves_the_others_alone(
     assert engine.vehicle.getSpeed(left) == traci.vehicle.getSpeed(left)
 
 
-def test_commands_wait_for_the_next_question_and_keep_their_order(many: Script) -> None:
-    from xgv_cosim.worlds.sumo.socket_engine import SocketEngine
+def test_nothing_is_asked_about_who_is_removed(many: Script, monkeypatch: pytest.MonkeyPatch) -> None:
+    """SUMO writes a line on the user's terminal for each question that it refuses."""
+    with xgv_cosim.attach(traci) as plugin:
+        plugin.bind("nobody", stack="none")
+        traci.simulationStep()
+        engine = plugin._hold.engine
+        assert isinstance(engine, SocketEngine)
+        asked: set[str] = set()
+        answers_to = engine._connection.answers_to
 
+        def watched(questions: Sequence[Question]) -> Iterator[tuple[Question, Any]]:
+            asked.update(question.subject for question in questions)
+            return answers_to(questions)
+
+        monkeypatch.setattr(engine._connection, "answers_to", watched)
+        gone, *others = traci.vehicle.getIDList()[:4]
+        engine.remember()
+        for name in (gone, *others):  # who is commanded is asked about together, from the second on
+            engine.vehicle.setSpeedMode(name, 31)
+        engine.send()
+        traci.vehicle.remove(gone)
+        assert all(engine.vehicle.getSpeedFactor(name) > 0.0 for name in others)
+        assert asked == set(others[1:])
+        engine.forget()
+        with pytest.warns(UserWarning, match="nobody"):
+            plugin.detach()
+
+
+def test_what_is_asked_together_now_and_then_goes_into_one_message(many: Script) -> None:
+    connection = traci.getConnection()
+    engine = SocketEngine(connection)
+    connection._socket = counting = CountingSocket(connection._socket)
+    engine.remember()
+    names = engine.vehicle.getIDList()[:3]
+    for name in names:
+        engine.vehicle.getRoute(name)
+        engine.vehicle.getVehicleClass(name)
+    for _ in range(3):
+        traci.simulationStep()
+        engine.look_ahead()
+        engine.vehicle.getIDList()
+    before = counting.num_messages
+    for name in names:
+        assert engine.vehicle.getRoute(name)
+        assert engine.vehicle.getVehicleClass(name) == "passenger"
+    assert counting.num_messages == before + 1
+
+
+def test_commands_wait_for_the_next_question_and_keep_their_order(many: Script) -> None:
     connection = traci.getConnection()
     engine = SocketEngine(connection)
     connection._socket = counting = CountingSocket(connection._socket)
@@ -201,8 +246,6 @@ def test_commands_wait_for_the_next_question_and_keep_their_order(many: Script) 
 
 
 def test_a_command_that_sumo_refuses_is_an_error_when_it_is_sent(many: Script) -> None:
-    from xgv_cosim.worlds.sumo.socket_engine import SocketEngine
-
     engine = SocketEngine(traci.getConnection())
     one = traci.vehicle.getIDList()[0]
     engine.vehicle.setSpeedMode(one, 5)

@@ -167,6 +167,11 @@ class SocketEngine:
         self._outdated.clear()
         self._trusts_answers = False
 
+    def lose(self, vehicle_id: str) -> None:
+        """Ask nothing about a vehicle that somebody else has taken out of SUMO."""
+        self._known["vehicle"] = self._known.get("vehicle", frozenset()) - {vehicle_id}
+        self._new["vehicle"] = tuple(name for name in self._new.get("vehicle", ()) if name != vehicle_id)
+
     def ask(self, question: Question, real: Callable[..., Any]) -> Any:  # noqa: ANN401 - what the getter returns
         """Return the answer to a question.
 
@@ -234,8 +239,20 @@ class SocketEngine:
                 others |= commanded
             known = self._known.get(question.domain, frozenset())
             together.update((question._replace(subject=other), None) for other in others if other in known)
+            together.update((again, None) for again in self._asked_along(pattern) if again.subject in known)
         self._missing.add(pattern)
         return [asked for asked in together if asked not in self._answers.get(asked.subject, ())]
+
+    def _asked_along(self, pattern: _Pattern) -> list[Question]:
+        """Return what else was asked now and then about some vehicles, after the same steps as this."""
+        asked_at = self._now_and_then.get(pattern, {}).items()
+        return [
+            Question(domain, getter, subject, rest)
+            for (domain, getter, rest), others in self._now_and_then.items()
+            if domain == pattern[0]
+            for subject, at in asked_at
+            if others.get(subject) == at
+        ]
 
     def _ask_all(self, questions: list[Question]) -> None:
         """Ask in one message; what SUMO refuses (a vehicle has left) stays without an answer."""

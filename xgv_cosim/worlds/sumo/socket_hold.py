@@ -195,6 +195,8 @@ class SocketHold:
                 return
             with self._holder.user_removes(who_is_removed(args, kwargs)):
                 original(domain, *args, **kwargs)
+            if self._engine is not None:
+                self._engine.lose(who_is_removed(args, kwargs))
 
         return remove
 
