@@ -12,6 +12,7 @@ from jaus.header import (
     HEADER_LAYOUT,
     HEADER_SIZE,
     MAX_BODY_SIZE,
+    MAX_SEQUENCE,
     UNADDRESSED,
     Acknowledgement,
     DataFlag,
@@ -26,29 +27,14 @@ _new = object.__new__
 _POSITIVE = 0x10
 _SIZE_BITS = 0xFFF
 
-
-class _Decoders(dict[int, Decoder | None]):
-    """Decoders by code, each generated when its first message comes; None: not declared."""
-
-    def __missing__(self, code: int) -> Decoder | None:
-        if code not in MESSAGES:
-            return None
-        self[code] = made = decoder(MESSAGES[code])
-        return made
-
-
-class _Encoders(dict[type, Encoder | None]):
-    """Encoders by class, each generated when its first message goes; None: not declared."""
-
-    def __missing__(self, kind: type) -> Encoder | None:
-        if MESSAGES.get(getattr(kind, "code", None)) is not kind:  # type: ignore[arg-type]
-            return None
-        self[kind] = made = encoder(kind)
-        return made
-
-
-_DECODERS = _Decoders()
-_ENCODERS = _Encoders()
+_pack_header = HEADER_LAYOUT.pack
+_unpack_header = HEADER_LAYOUT.unpack_from
+_DECODERS: dict[int, Decoder] = {}
+"""By code, each generated when its first message comes."""
+_ENCODERS: dict[type, Encoder] = {}
+"""By class, each generated when its first message goes."""
+_BAD_VALUES = (struct.error, TypeError, ValueError, OverflowError, AttributeError, IndexError)
+"""What a generated encoder raises on a value that does not fit."""
 
 
 def decode(data: bytes) -> Decoded:
@@ -58,7 +44,7 @@ def decode(data: bytes) -> Decoded:
         DecodeError: The bytes are not exactly one message, or its body is not what its code promises.
     """
     try:
-        properties, code, destination, source, control, sequence = HEADER_LAYOUT.unpack_from(data)
+        properties, code, destination, source, control, sequence = _unpack_header(data)
     except struct.error:
         raise DecodeError(f"message: got {len(data)} bytes, expected {HEADER_SIZE} or more") from None
     if control & _SIZE_BITS != len(data) - HEADER_SIZE:
@@ -66,7 +52,7 @@ def decode(data: bytes) -> Decoded:
             f"message {code:#06x}: got {len(data) - HEADER_SIZE} bytes after the header, "
             f"which says {control & _SIZE_BITS}"
         )
-    # As Header.from_words, in place: the call would cost a tenth of the whole.
+    # In place what Header.from_words and decode_body do: calls would cost a fifth of the whole.
     header = _new(Header)
     header.properties_word = properties
     header.destination_id = destination
@@ -74,7 +60,13 @@ def decode(data: bytes) -> Decoded:
     header.sequence = sequence
     if properties & ANSWER_BIT or control > _SIZE_BITS:
         return _special(code, header, control >> 12, data[HEADER_SIZE:])
-    return decode_body(code, data, header, HEADER_SIZE)
+    made = _DECODERS.get(code)
+    if made is None:
+        return decode_body(code, data, header, HEADER_SIZE)
+    try:
+        return made(data, HEADER_SIZE, header)
+    except (struct.error, ValueError) as error:
+        raise _no_body(code, len(data) - HEADER_SIZE, error) from None
 
 
 def decode_body(code: int, data: bytes, header: Header, begin: int = 0) -> Message | UnknownMessage:
@@ -83,15 +75,18 @@ def decode_body(code: int, data: bytes, header: Header, begin: int = 0) -> Messa
     Raises:
         DecodeError: The body is not what the code promises.
     """
-    made = _DECODERS[code]
-    if made is None:
+    if code not in MESSAGES:
         return UnknownMessage(code, data[begin:], header=header)
+    if code not in _DECODERS:
+        _DECODERS[code] = decoder(MESSAGES[code])
     try:
-        return made(data, begin, header)
+        return _DECODERS[code](data, begin, header)
     except (struct.error, ValueError) as error:
-        raise DecodeError(
-            f"{MESSAGES[code].__name__} ({code:#06x}) with a body of {len(data) - begin} bytes: {error}"
-        ) from None
+        raise _no_body(code, len(data) - begin, error) from None
+
+
+def _no_body(code: int, size: int, error: Exception) -> DecodeError:
+    return DecodeError(f"{MESSAGES[code].__name__} ({code:#06x}) with a body of {size} bytes: {error}")
 
 
 def _special(code: int, header: Header, data_flag: int, body: bytes) -> Ack | MessagePart:
@@ -113,37 +108,58 @@ def encode(message: Decoded) -> bytes:
         EncodeError: A value is missing or does not fit, nobody has addressed the message, or it is larger
             than one packet.
     """
-    body = encode_body(message)
-    if len(body) > MAX_BODY_SIZE:
-        raise EncodeError(
-            f"{_name(message)}: a body of {len(body)} bytes, expected {MAX_BODY_SIZE} at most in one packet; "
-            "encode_parts makes several"
-        )
-    header = message.header
-    control = len(body)
-    if isinstance(message, MessagePart):
-        control |= message.data_flag << 12
-    elif isinstance(message, Ack):
-        answer = Acknowledgement.POSITIVE if message.positive else Acknowledgement.NEGATIVE
-        header = header.with_acknowledgement(answer)
-        return _packed(message, header, control, message.sequence)
-    return _packed(message, header, control, header.sequence) + body
-
-
-def _packed(message: Decoded, header: Header, control: int, sequence: int) -> bytes:
-    if header is UNADDRESSED:
-        raise EncodeError(f"{_name(message)}: it has no header; address it with to(...)")
+    made = _ENCODERS.get(type(message))
+    if made is None:
+        return _with_header(message, encode_body(message))
     try:
-        return HEADER_LAYOUT.pack(
+        body = made(message)
+    except _BAD_VALUES as error:
+        raise _bad_value(message, error) from None
+    header, size = message.header, len(body)
+    if header is UNADDRESSED or size > MAX_BODY_SIZE:
+        return _with_header(message, body)  # Which says what is wrong.
+    try:
+        head = _pack_header(
             header.properties_word,
             message.code,
             header.destination_id,
             header.source_id,
-            control,
-            sequence,
+            size,
+            header.sequence,
         )
+    except struct.error:
+        return _with_header(message, body)
+    return head + body
+
+
+def _with_header(message: Decoded, body: bytes) -> bytes:
+    header = message.header
+    if header is UNADDRESSED:
+        raise EncodeError(f"{_name(message)}: it has no header; address it with to(...)")
+    control, sequence = len(body), header.sequence
+    if control > MAX_BODY_SIZE:
+        raise EncodeError(
+            f"{_name(message)}: a body of {control} bytes, expected {MAX_BODY_SIZE} at most in one packet; "
+            "encode_parts makes several"
+        )
+    if type(message) not in _ENCODERS:
+        header, control, sequence = _special_header(message, control)
+    words = message.code, header.destination_id, header.source_id, control, sequence
+    try:
+        return _pack_header(header.properties_word, *words) + body
     except struct.error as error:
         raise EncodeError(f"{_name(message)}: code or sequence number: {error}") from None
+
+
+def _special_header(message: Decoded, size: int) -> tuple[Header, int, int]:
+    """Return header, data control and sequence number of what need not be a declared message."""
+    header = message.header
+    if isinstance(message, MessagePart):
+        return header, size | message.data_flag << 12, header.sequence
+    if isinstance(message, Ack):
+        answer = Acknowledgement.POSITIVE if message.positive else Acknowledgement.NEGATIVE
+        return header.with_acknowledgement(answer), size, message.sequence
+    return header, size, header.sequence
 
 
 def encode_body(message: Decoded) -> bytes:
@@ -152,17 +168,23 @@ def encode_body(message: Decoded) -> bytes:
     Raises:
         EncodeError: A value is missing or does not fit.
     """
-    made = _ENCODERS[type(message)]
-    if made is not None:
-        try:
-            return made(message)
-        except (struct.error, TypeError, ValueError, OverflowError, AttributeError, IndexError) as error:
-            raise EncodeError(f"{_name(message)}{_culprit(message) or f': {error}'}") from None
     if isinstance(message, Ack):
         return b""
     if isinstance(message, UnknownMessage | MessagePart):
         return message.body
-    raise EncodeError(f"{type(message).__name__}: not a declared message")
+    kind = type(message)
+    if MESSAGES.get(getattr(kind, "code", -1)) is not kind:
+        raise EncodeError(f"{kind.__name__}: not a declared message")
+    if kind not in _ENCODERS:
+        _ENCODERS[kind] = encoder(kind)
+    try:
+        return _ENCODERS[kind](message)
+    except _BAD_VALUES as error:
+        raise _bad_value(message, error) from None
+
+
+def _bad_value(message: Decoded, error: Exception) -> EncodeError:
+    return EncodeError(f"{_name(message)}{_culprit(message) or f': {error}'}")
 
 
 def encode_parts(message: Message | UnknownMessage, max_body_size: int = MAX_BODY_SIZE) -> list[bytes]:
@@ -173,11 +195,13 @@ def encode_parts(message: Message | UnknownMessage, max_body_size: int = MAX_BOD
     """
     body = encode_body(message)
     if len(body) <= max_body_size:
-        return [encode(message)]
+        return [_with_header(message, body)]
     pieces = [body[begin : begin + max_body_size] for begin in range(0, len(body), max_body_size)]
     flags = [DataFlag.FIRST, *[DataFlag.NORMAL] * (len(pieces) - 2), DataFlag.LAST]
     return [
-        encode(MessagePart(message.code, piece, flag, header=message.header.with_sequence(number & 0xFFFF)))
+        encode(
+            MessagePart(message.code, piece, flag, header=message.header.with_sequence(number & MAX_SEQUENCE))
+        )
         for number, (piece, flag) in enumerate(zip(pieces, flags, strict=True))
     ]
 

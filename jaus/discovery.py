@@ -39,6 +39,11 @@ from jaus.messages.events import (
     UpdateEvent,
 )
 
+ANSWERED = frozenset(
+    {QueryHeartbeatPulse, QueryIdentification, QueryConfiguration, QuerySubsystemList, QueryServices}
+    | {CreateEvent, UpdateEvent, CancelEvent, QueryEvents}
+)
+"""What is answered here."""
 NODE_MANAGER = 1
 HEARTBEAT_PERIOD_S = 1.0
 
@@ -87,6 +92,8 @@ def answer(message: Message, node: NodeDescription, component: ComponentDescript
 
     Events are refused: an XGV reports by service connections.
     """
+    if type(message) not in ANSWERED:
+        return None
     reply: Message | None = None
     match message:
         case QueryHeartbeatPulse():

@@ -163,11 +163,15 @@ def _decode_variable(source: _Source, kind: Kind, target: str, size: str) -> Non
             _decode_tagged(source, kind, target)
         case Counted():
             items, item = source.fresh(), source.fresh()
-            source.add(f"{items} = []")
-            with source.block(f"for _ in range({size}):"):
+            with source.block(f"if {size} == 1:"):  # The usual number, without the detour over a list.
                 _decode_run(source, [_Slot(kind.item, item)])
-                source.add(f"{items}.append({item})")
-            source.add(f"{target} = tuple({items})")
+                source.add(f"{target} = ({item},)")
+            with source.block("else:"):
+                source.add(f"{items} = []")
+                with source.block(f"for _ in range({size}):"):
+                    _decode_run(source, [_Slot(kind.item, item)])
+                    source.add(f"{items}.append({item})")
+                source.add(f"{target} = tuple({items})")
         case Nested():
             made = source.fresh()
             source.add(f"{made} = new({source.fresh(kind.record)})")

@@ -13,6 +13,8 @@ from jaus.errors import LocalProtocolError
 HEADER_SIZE = 16
 MAX_BODY_SIZE = 4080
 """Bytes after the header of one packet; what is longer goes in several packets."""
+MAX_SEQUENCE = 0xFFFF
+"""The sequence number after which 0 comes again."""
 RA_3_3 = 2
 """The version field of RA 3.2 and 3.3."""
 
@@ -22,7 +24,8 @@ ANSWER_BIT = 0x20
 """Of the properties: set in ACK and NAK, and in nothing else."""
 SERVICE_CONNECTION_BIT = 0x40
 """Of the properties: set in every message about and under a service connection."""
-_ACKNOWLEDGEMENT_BITS = 0x30
+ACKNOWLEDGEMENT_BITS = 0x30
+"""Of the properties: where ``Acknowledgement`` lies."""
 
 
 class Acknowledgement(IntEnum):
@@ -154,7 +157,7 @@ class Header:
     def with_acknowledgement(self, acknowledgement: Acknowledgement) -> Header:
         """Return the same header with another ACK/NAK field."""
         return Header.from_words(
-            self.properties_word & ~_ACKNOWLEDGEMENT_BITS | acknowledgement << 4,
+            self.properties_word & ~ACKNOWLEDGEMENT_BITS | acknowledgement << 4,
             self.destination_id,
             self.source_id,
             self.sequence,
@@ -167,7 +170,7 @@ class Header:
     def reply(self, acknowledgement: Acknowledgement = Acknowledgement.NONE) -> Header:
         """Return the header of an answer: addresses swapped, priority, flags and sequence number kept."""
         return Header.from_words(
-            self.properties_word & ~_ACKNOWLEDGEMENT_BITS | acknowledgement << 4,
+            self.properties_word & ~ACKNOWLEDGEMENT_BITS | acknowledgement << 4,
             self.source_id,
             self.destination_id,
             self.sequence,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 
-from jaus.address import JausAddress
+from jaus.address import BROADCAST, JausAddress
 from jaus.discovery import ComponentDescription, Heartbeat, NodeDescription, answer
 from jaus.errors import LocalProtocolError
 from jaus.messages import Message
@@ -76,19 +76,25 @@ class Node:
         self.description = description
         self._reports = reports
         self._reporter = reporter
-        self._connections = {
-            name: (each, connections(reports.get(name, {}))) for name, each in components.items()
-        }
+        self._own = {name: description.address(name, each.instance) for name, each in components.items()}
+        self._connections = {name: connections(reports.get(name, {})) for name in components}
+        self._by_id = {address.jaus_id: components[name] for name, address in self._own.items()}
         self._heartbeat = Heartbeat(begin_s=heartbeat_begin_s)
+
+    def component_at(self, jaus_id: int) -> ComponentDescription | None:
+        """Return whom a JAUS id means: for a broadcast the node manager, None for somebody else."""
+        known = self._by_id.get(jaus_id)
+        if known is None and BROADCAST in jaus_id.to_bytes(4, "little"):
+            return self.description.component_at(JausAddress.from_jaus_id(jaus_id))
+        return known
 
     def receive(self, message: Message, client: Client, now_s: float) -> list[Message] | None:
         """Take a message to this node; return the answers, None if it is the application's business."""
-        component = self.description.component_at(message.header.destination)
+        component = self.component_at(message.header.destination_id)
         if component is None:
             return []
         if isinstance(message, ABOUT_SERVICE_CONNECTIONS):
-            _, connections = self._connections[component.component]
-            confirmed = connections.receive(message, client, now_s)
+            confirmed = self._connections[component.component].receive(message, client, now_s)
             return [] if confirmed is None else [self._reply(confirmed, message, component)]
         found = answer(message, self.description, component)
         if found is not None:
@@ -104,11 +110,11 @@ class Node:
     def due(self, now_s: float) -> list[tuple[Client, Message]]:
         """Return the reports under service connections to send now."""
         found: list[tuple[Client, Message]] = []
-        for component, connections in self._connections.values():
-            own = self.description.address(component.component, component.instance)
+        for component, connections in self._connections.items():
             for due in connections.due(now_s):
-                report = self._reporter(component.component, due.report_code).keep(due.presence_vector)
-                report.to(due.client.address, source=own, sequence=due.sequence, service_connection=True)
+                report = self._reporter(component, due.report_code).keep(due.presence_vector)
+                own, to = self._own[component], due.client.address
+                report.to(to, source=own, sequence=due.sequence, service_connection=True)
                 found.append((due.client, report))
         return found
 
@@ -118,24 +124,23 @@ class Node:
 
     def next_deadline_s(self) -> float:
         """Return when ``due`` or ``heartbeat`` has something to send."""
-        deadlines = (connections.next_deadline_s() for _, connections in self._connections.values())
+        deadlines = (connections.next_deadline_s() for connections in self._connections.values())
         known = (deadline for deadline in deadlines if deadline is not None)
         return min([self._heartbeat.next_deadline_s(), *known])
 
     def forget(self, transport: Hashable) -> None:
         """Drop the service connections of whoever sent from ``transport`` and is gone."""
-        for _, connections in self._connections.values():
+        for connections in self._connections.values():
             connections.drop(transport)
 
     def terminate(self) -> list[tuple[Client, Message]]:
         """End all service connections; return what their clients are to be told."""
         found: list[tuple[Client, Message]] = []
-        for component, connections in self._connections.values():
-            own = self.description.address(component.component, component.instance)
+        for component, connections in self._connections.items():
             for client, message in connections.terminate():
-                found.append((client, message.to(client.address, source=own)))
+                found.append((client, message.to(client.address, source=self._own[component])))
         return found
 
     def _reply(self, reply: Message, query: Message, component: ComponentDescription) -> Message:
-        own = self.description.address(component.component, component.instance)
+        own = self._own[component.component]
         return reply.to(query.header.source, source=own, sequence=query.header.sequence)

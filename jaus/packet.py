@@ -11,11 +11,10 @@ from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from struct import Struct
 
-from jaus.address import JausAddress
 from jaus.as5669a import SAME_IN_SAE, framed, ra_packet
 from jaus.codec import Decoded, decode
 from jaus.errors import DecodeError
-from jaus.header import ANSWER_BIT, HEADER_LAYOUT, HEADER_SIZE, Acknowledgement, Header
+from jaus.header import ACKNOWLEDGEMENT_BITS, ANSWER_BIT, HEADER_LAYOUT, HEADER_SIZE, Acknowledgement, Header
 from jaus.messages import UnknownMessage
 
 PORT = 3794
@@ -104,21 +103,19 @@ def acknowledgement(packet: bytes, *, positive: bool = True) -> bytes | None:
     Raises:
         DecodeError: There is no whole header.
     """
+    if len(packet) >= HEADER_SIZE and packet[0] & ACKNOWLEDGEMENT_BITS != _REQUESTED_BITS:
+        return None
     code, header = _header_of(packet)
-    if header.acknowledgement is not Acknowledgement.REQUESTED or header.destination.is_broadcast:
+    if header.destination.is_broadcast:
         return None
     answer = header.reply(Acknowledgement.POSITIVE if positive else Acknowledgement.NEGATIVE)
     words = answer.destination_id, answer.source_id, 0, answer.sequence
     return HEADER_LAYOUT.pack(answer.properties_word, code, *words)
 
 
-def destination_of(packet: bytes) -> JausAddress:
-    """Return to whom a packet is addressed, whether or not it can be decoded.
-
-    Raises:
-        DecodeError: There is no whole header.
-    """
-    return _header_of(packet)[1].destination
+def destination_of(packet: bytes) -> int:
+    """Return the JAUS id of whom a packet is for, whether or not it can be decoded."""
+    return int.from_bytes(packet[4:8], "little")
 
 
 def _header_of(packet: bytes) -> tuple[int, Header]:
@@ -176,6 +173,7 @@ def _framed_opc(packet: bytes) -> bytes:
     return packet
 
 
+_REQUESTED_BITS = Acknowledgement.REQUESTED << 4
 _JUDP1_PREFIX = Struct(">HH")
 """Header compression, length."""
 _UNPACK: dict[Framing, Callable[[bytes, int], Iterator[bytes]]] = {

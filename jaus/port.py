@@ -15,12 +15,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import itemgetter
 
-from jaus.address import BROADCAST, JausAddress
+from jaus.address import BROADCAST
 from jaus.codec import Decoded, encode_parts
 from jaus.errors import DecodeError, EncodeError
+from jaus.header import Header
 from jaus.messages import Message, MessagePart
 from jaus.node import Node
 from jaus.packet import (
@@ -35,7 +36,7 @@ from jaus.reassembly import Reassembly
 from jaus.service_connection import Client
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class MessageReceived:
     """A message that is the application's business: a command, an answer, an acknowledgement."""
 
@@ -61,6 +62,7 @@ class MessageNotSent:
 
 
 _MISSED_HEARTBEATS_S = 5.0
+_MAX_CLIENTS_KEPT = 512
 
 Event = MessageReceived | DatagramRefused | MessageNotSent
 
@@ -70,6 +72,8 @@ class _Peer:
     framing: Framing
     heard_s: float
     is_named: bool
+    clients: dict[int, Client] = field(default_factory=dict)
+    """By JAUS id, so that not each message makes a new one."""
 
 
 class Port:
@@ -164,7 +168,7 @@ class Port:
         self._acknowledge(packet, framing, source, positive=True)
         if whole is None:
             return
-        client = Client(whole.header.source, source)
+        client = self._client(whole.header, source)
         for node in nodes:
             answers = node.receive(whole, client, now_s) if isinstance(whole, Message) else None
             if answers is None:
@@ -172,19 +176,29 @@ class Port:
             for each in answers or ():
                 self._post(each, source, framing)
 
+    def _client(self, header: Header, source: Hashable) -> Client:
+        known = self._peers[source].clients
+        client = known.get(header.source_id)
+        if client is None:
+            if len(known) >= _MAX_CLIENTS_KEPT:
+                known.clear()
+            client = known[header.source_id] = Client(header.source, source)
+        return client
+
     def _whole(self, message: Decoded, source: Hashable) -> Decoded | None:
         """Return the message, None while parts of it are missing."""
         if isinstance(message, MessagePart):
             return self._reassembly.setdefault(source, Reassembly()).add(message)
         return message
 
-    def _addressed(self, destination: JausAddress) -> list[Node]:
-        if BROADCAST in {destination.subsystem, destination.node}:
+    def _addressed(self, jaus_id: int) -> list[Node]:
+        subsystem, number = jaus_id >> 24, jaus_id >> 16 & 0xFF
+        if BROADCAST in (subsystem, number):
             nodes: Iterable[Node] = self._nodes.values()
         else:
-            node = self._nodes.get((destination.subsystem, destination.node))
+            node = self._nodes.get((subsystem, number))
             nodes = () if node is None else (node,)
-        return [node for node in nodes if node.description.component_at(destination) is not None]
+        return [node for node in nodes if node.component_at(jaus_id) is not None]
 
     def _acknowledge(self, packet: bytes, framing: Framing, source: Hashable, *, positive: bool) -> None:
         answer = acknowledgement(packet, positive=positive)
@@ -206,7 +220,10 @@ class Port:
             self._forget_silent(now_s - _MISSED_HEARTBEATS_S, at_most=1)
             if len(self._peers) >= self._max_peers:
                 return False
-        self._peers[source] = _Peer(framing, now_s, is_named=peer is not None and peer.is_named)
+        if peer is None:
+            self._peers[source] = _Peer(framing, now_s, is_named=False)
+        else:
+            peer.framing, peer.heard_s = framing, now_s
         return True
 
     def _forget_silent(self, since_s: float, at_most: int | None = None) -> None:

@@ -54,7 +54,7 @@ class ServiceConnection:
     suspended: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class ReportDue:
     """A report that shall be sent now."""
 

@@ -177,6 +177,12 @@ def test_a_message_without_address_is_not_encoded() -> None:
         encode(Resume())
 
 
+@pytest.mark.parametrize("sequence", [-1, 65536])
+def test_a_sequence_number_that_does_not_fit_is_told(sequence: int) -> None:
+    with pytest.raises(EncodeError, match="Resume: code or sequence number"):
+        encode(Resume().to(OWN, source=CLIENT, sequence=sequence))
+
+
 def test_what_is_no_message_is_not_encoded() -> None:
     with pytest.raises(EncodeError, match="str: not a declared message"):
         encode("Resume")  # type: ignore[arg-type]
