@@ -20,7 +20,7 @@ from operator import itemgetter
 
 from jaus.address import BROADCAST
 from jaus.codec import Decoded, encode_parts
-from jaus.errors import DecodeError, EncodeError
+from jaus.errors import DecodeError, EncodeError, LocalProtocolError
 from jaus.header import Header
 from jaus.messages import Message, MessagePart
 from jaus.node import Node
@@ -86,6 +86,9 @@ class Port:
         max_peers: How many may be known at once. When one more comes, the longest silent gives way if it has
             missed five heartbeats; otherwise the new one is refused.
         max_events: How many events may wait; the oldest give way.
+
+    Raises:
+        LocalProtocolError: Two nodes have the same subsystem and node number.
     """
 
     def __init__(
@@ -97,7 +100,9 @@ class Port:
         max_peers: int = 64,
         max_events: int = 10_000,
     ) -> None:
-        self._nodes = {(node.description.subsystem, node.description.node): node for node in nodes}
+        self._nodes: dict[tuple[int, int], Node] = {}
+        for node in nodes:
+            self.add(node)
         self._peers = {peer: _Peer(Framing.JUDP1, 0.0, is_named=True) for peer in peers}
         self._peer_timeout_s = peer_timeout_s
         self._max_peers = max_peers
@@ -106,8 +111,15 @@ class Port:
         self._reassembly: dict[Hashable, Reassembly] = {}
 
     def add(self, node: Node) -> None:
-        """Let a node take part."""
-        self._nodes[node.description.subsystem, node.description.node] = node
+        """Let a node take part.
+
+        Raises:
+            LocalProtocolError: There is one with its subsystem and node number.
+        """
+        key = node.description.subsystem, node.description.node
+        if key in self._nodes:
+            raise LocalProtocolError(f"port: node {key[0]}.{key[1]} is there already")
+        self._nodes[key] = node
 
     def remove(self, node: Node) -> None:
         """Let a node leave; its clients are told that their service connections end."""

@@ -334,6 +334,11 @@ def test_events_that_nobody_takes_do_not_pile_up() -> None:
     assert len(Wire(port).events()) == 10
 
 
+def test_two_nodes_cannot_have_one_address(port: Port) -> None:
+    with pytest.raises(LocalProtocolError, match=r"node 2\.1 is there already"):
+        port.add(node(2))
+
+
 def test_nodes_come_and_go(port: Port, wire: Wire) -> None:
     """A vehicle that leaves the simulation tells its clients."""
     port.add(third := node(3))
