@@ -25,6 +25,7 @@ from jaus.status import ComponentStatus
 
 if TYPE_CHECKING:
     from jaus.codec import decode, encode, encode_parts
+    from jaus.controller import Controller
     from jaus.messages import Ack, Message, MessagePart, UnknownMessage
     from jaus.node import Node
     from jaus.packet import Framing, acknowledgement, decode_packet, pack_datagrams, unpack_datagram
@@ -37,6 +38,7 @@ __all__ = [
     "Component",
     "ComponentId",
     "ComponentStatus",
+    "Controller",
     "DataFlag",
     "DecodeError",
     "EncodeError",
@@ -71,6 +73,7 @@ _LAZY = {
     **dict.fromkeys(
         ("Framing", "acknowledgement", "decode_packet", "pack_datagrams", "unpack_datagram"), "jaus.packet"
     ),
+    "Controller": "jaus.controller",
     "Node": "jaus.node",
     "Port": "jaus.port",
     "Reassembly": "jaus.reassembly",

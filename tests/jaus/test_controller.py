@@ -1,0 +1,210 @@
+"""A controller and vehicles, over a fake wire that can lose datagrams, in steps of 10 ms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from jaus.address import JausAddress
+from jaus.codec import decode, encode
+from jaus.controller import Acknowledged, Controller, NotAcknowledged, SubscriptionRefused
+from jaus.messages import Ack, Message
+from jaus.messages.core import (
+    ConfirmServiceConnection,
+    CreateServiceConnection,
+    QueryComponentControl,
+    ReportComponentStatus,
+    ReportHeartbeatPulse,
+    Resume,
+    TerminateServiceConnection,
+)
+from jaus.messages.discovery import QueryIdentification, ReportIdentification
+from jaus.messages.platform import ReportGlobalPose, ReportVelocityState
+from jaus.messages.torc import Motion, SetMotionProfile
+from jaus.node import EVERYONE
+from jaus.packet import Framing, pack_datagrams, unpack_datagram
+from jaus.port import DatagramRefused, MessageReceived, Port
+from tests.jaus.test_port import MPD, PD, VSS, at, node
+
+CAR, OWN = ("127.0.0.1", 3794), ("127.0.0.1", 40000)
+ADDRESS = JausAddress(1, 2, 4, 1)
+
+
+def profile(speed_mps: float = 5.0) -> SetMotionProfile:
+    return SetMotionProfile(motions=(Motion(speed_mps, 2.0, 0.1, 0.06, 200),))
+
+
+class Pair:
+    """A controller and a port with two vehicles; ``loses`` says which datagrams do not arrive."""
+
+    def __init__(self) -> None:
+        self.controller = Controller(ADDRESS, CAR)
+        self.port = Port([node(1), node(2)])
+        self.now_s = 0.0
+        self.loses: Callable[[Message | Ack], bool] = lambda _message: False
+        self.to_car: list[object] = []
+        self.to_controller: list[object] = []
+
+    def exchange(self) -> None:
+        for datagram, _ in self.controller.datagrams_to_send(self.now_s):
+            if self._arrives(datagram, self.to_car):
+                self.port.receive_datagram(datagram, OWN, self.now_s)
+        for datagram, _ in self.port.datagrams_to_send(self.now_s):
+            if self._arrives(datagram, self.to_controller):
+                self.controller.receive_datagram(datagram, CAR, self.now_s)
+
+    def _arrives(self, datagram: bytes, log: list[object]) -> bool:
+        message = decode(unpack_datagram(datagram)[1][0])
+        log.append(message)
+        return not self.loses(message)  # type: ignore[arg-type]
+
+    def run(self, seconds: float) -> list[object]:
+        """Let time pass; return the controller's events, heartbeats aside."""
+        events: list[object] = []
+        for _ in range(round(seconds * 100)):
+            self.exchange()
+            self.now_s += 0.01
+            while (event := self.controller.next_event()) is not None:
+                if not isinstance(getattr(event, "message", None), ReportHeartbeatPulse):
+                    events.append(event)
+        return events
+
+    def sent(self, kind: type[Message]) -> int:
+        return sum(isinstance(message, kind) for message in self.to_car)
+
+
+@pytest.fixture
+def pair() -> Pair:
+    return Pair()
+
+
+def test_a_command_is_sent_once_and_acknowledged(pair: Pair) -> None:
+    command = profile()
+    pair.controller.command(command, at(MPD), pair.now_s, acknowledged=True)
+    assert pair.run(1.0) == [Acknowledged(command, positive=True)]
+    assert pair.sent(SetMotionProfile) == 1
+
+
+def test_a_command_without_acknowledgement_is_sent_once(pair: Pair) -> None:
+    pair.controller.command(Resume(), at(PD), pair.now_s)
+    assert pair.run(1.0) == []
+    assert pair.sent(Resume) == 1
+
+
+def test_a_command_is_repeated_until_it_is_acknowledged(pair: Pair) -> None:
+    lost = iter([True, True, False])
+    pair.loses = lambda message: isinstance(message, Ack) and next(lost)
+    pair.controller.command(command := profile(), at(MPD), pair.now_s, acknowledged=True)
+    assert pair.run(1.0) == [Acknowledged(command, positive=True)]
+    assert pair.sent(SetMotionProfile) == 3
+    sequences = {message.header.sequence for message in pair.to_car if isinstance(message, SetMotionProfile)}
+    assert sequences == {0}
+
+
+def test_after_five_attempts_it_gives_up(pair: Pair) -> None:
+    pair.loses = lambda message: isinstance(message, SetMotionProfile)
+    pair.controller.command(command := profile(), at(MPD), pair.now_s, acknowledged=True)
+    assert pair.run(0.09) == []
+    assert pair.run(1.0) == [NotAcknowledged(command)]
+    assert pair.sent(SetMotionProfile) == 5
+
+
+def test_a_newer_command_takes_the_place_of_an_older(pair: Pair) -> None:
+    """An old motion must not be repeated after a new one."""
+    pair.loses = lambda message: isinstance(message, Ack)
+    pair.controller.command(profile(5.0), at(MPD), pair.now_s, acknowledged=True)
+    pair.run(0.03)
+    pair.controller.command(newer := profile(0.0), at(MPD), pair.now_s, acknowledged=True)
+    assert pair.run(1.0) == [NotAcknowledged(newer)]
+    sequences = [message.header.sequence for message in pair.to_car if isinstance(message, SetMotionProfile)]
+    assert sequences == sorted(sequences)
+
+
+def test_a_late_acknowledgement_of_an_older_command_counts_for_nothing(pair: Pair) -> None:
+    pair.controller.command(profile(5.0), at(MPD), pair.now_s, acknowledged=True)
+    pair.controller.command(profile(1.0), at(MPD), pair.now_s, acknowledged=True)
+    pair.loses = lambda message: isinstance(message, Ack) and message.sequence == 1
+    assert [type(event) for event in pair.run(1.0)] == [NotAcknowledged]
+
+
+def test_a_subscription_brings_reports_at_its_rate(pair: Pair) -> None:
+    pair.controller.subscribe(ReportVelocityState, at(VSS, 2), 50.0, pair.now_s, presence_vector=1)
+    reports = [event.message for event in pair.run(2.0) if isinstance(event, MessageReceived)]
+    assert len(reports) == pytest.approx(100, abs=2)
+    assert all(isinstance(report, ReportVelocityState) for report in reports)
+    assert {report.header.source for report in reports} == {at(VSS, 2)}
+    assert pair.sent(CreateServiceConnection) == 1
+
+
+@pytest.mark.parametrize("lost", [CreateServiceConnection, ConfirmServiceConnection])
+def test_a_subscription_that_got_lost_is_asked_for_again(pair: Pair, lost: type[Message]) -> None:
+    first = iter([True])
+    pair.loses = lambda message: isinstance(message, lost) and next(first, False)
+    pair.controller.subscribe(ReportComponentStatus, at(PD), 5.0, pair.now_s)
+    assert len(pair.run(5.0)) >= 9
+
+
+def test_a_car_that_comes_back_is_asked_again(pair: Pair) -> None:
+    pair.controller.subscribe(ReportComponentStatus, at(PD), 10.0, pair.now_s)
+    assert len(pair.run(1.0)) == 10
+    pair.port = Port([node(1)])
+    assert pair.run(2.8) == []
+    assert len(pair.run(1.2)) >= 9
+
+
+def test_what_a_component_does_not_report_is_told(pair: Pair) -> None:
+    pair.controller.subscribe(ReportGlobalPose, at(VSS), 5.0, pair.now_s)
+    assert pair.run(4.0) == [SubscriptionRefused(at(VSS), ReportGlobalPose, 2)]
+    assert pair.sent(CreateServiceConnection) == 1
+
+
+def test_a_subscription_ends(pair: Pair) -> None:
+    pair.controller.subscribe(ReportComponentStatus, at(PD), 10.0, pair.now_s)
+    assert len(pair.run(0.5)) == 5
+    pair.controller.unsubscribe(ReportComponentStatus, at(PD))
+    pair.controller.unsubscribe(ReportComponentStatus, at(MPD))
+    assert pair.run(1.0) == []
+    assert pair.sent(TerminateServiceConnection) == 1
+
+
+def test_a_connection_that_nobody_asked_for_is_ended(pair: Pair) -> None:
+    confirmed = ConfirmServiceConnection(0x4404, 3, 5.0).to(ADDRESS, source=at(VSS))
+    pair.controller.receive_datagram(pack_datagrams(Framing.JUDP1, [encode(confirmed)])[0], CAR, 0.0)
+    pair.run(0.01)
+    (ended,) = (message for message in pair.to_car if isinstance(message, TerminateServiceConnection))
+    assert (ended.command_code, ended.instance_id, ended.header.destination) == (0x4404, 3, at(VSS))
+
+
+def test_answers_arrive_as_messages(pair: Pair) -> None:
+    pair.controller.command(QueryComponentControl(), at(PD), pair.now_s)
+    (event,) = pair.run(0.1)
+    assert isinstance(event, MessageReceived)
+    assert event.message.header.source == at(PD)
+
+
+def test_it_can_be_found(pair: Pair) -> None:
+    """A vehicle's node manager forgets controllers that send no heartbeat and say not who they are."""
+    pair.run(2.5)
+    assert pair.sent(ReportHeartbeatPulse) == 3
+    query = QueryIdentification(4).to(ADDRESS, source=at(1))
+    pair.controller.receive_datagram(pack_datagrams(Framing.JUDP1, [encode(query)])[0], CAR, 2.5)
+    pair.run(0.01)
+    (identification,) = (message for message in pair.to_car if isinstance(message, ReportIdentification))
+    assert (identification.identification, identification.identification_type) == ("controller", 60001)
+
+
+def test_strangers_are_not_listened_to(pair: Pair) -> None:
+    pulse = ReportHeartbeatPulse().to(EVERYONE, source=at(1))
+    datagram = pack_datagrams(Framing.JUDP1, [encode(pulse)])[0]
+    pair.controller.receive_datagram(datagram, ("127.0.0.1", 666), 0.0)
+    assert isinstance(pair.controller.next_event(), DatagramRefused)
+
+
+def test_deadlines_are_those_of_what_is_waited_for(pair: Pair) -> None:
+    pair.run(0.01)
+    assert pair.controller.next_deadline_s() == 1.0
+    pair.controller.subscribe(ReportComponentStatus, at(PD), 10.0, 0.01)
+    assert pair.controller.next_deadline_s() == 1.0
+    pair.controller.command(Resume(), at(PD), 0.5, acknowledged=True)
+    assert pair.controller.next_deadline_s() == pytest.approx(0.52)
