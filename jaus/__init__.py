@@ -19,6 +19,7 @@ from jaus.errors import (
     LocalProtocolError,
     ProtocolError,
     RemoteProtocolError,
+    TransportError,
 )
 from jaus.header import Acknowledgement, DataFlag, Header, MessageProperties
 from jaus.status import ComponentStatus
@@ -56,6 +57,7 @@ __all__ = [
     "Reassembly",
     "RemoteProtocolError",
     "StatusCommand",
+    "TransportError",
     "UnknownMessage",
     "acknowledgement",
     "decode",

@@ -5,9 +5,10 @@
     JausError
     ├── DecodeError               bytes that are no message
     ├── EncodeError               a message that cannot become bytes
-    └── ProtocolError
-        ├── LocalProtocolError    this side broke the rules
-        └── RemoteProtocolError   the peer broke them
+    ├── ProtocolError
+    │   ├── LocalProtocolError    this side broke the rules
+    │   └── RemoteProtocolError   the peer broke them
+    └── TransportError            no way for datagrams
 """
 
 
@@ -33,3 +34,7 @@ class LocalProtocolError(ProtocolError):
 
 class RemoteProtocolError(ProtocolError):
     """The peer broke a rule of the protocol."""
+
+
+class TransportError(JausError):
+    """No way for datagrams can be opened here."""

@@ -58,7 +58,7 @@ def test_the_command_line_says_what_the_page_shows(capsys: pytest.CaptureFixture
 def test_every_module_it_names_is_there() -> None:
     rows = [line.split("|")[1] for line in PAGE.read_text().splitlines() if line.startswith("| `jaus.")]
     names = {name.strip("` ") for row in rows for name in row.split(",")}
-    files = {f"jaus.{path.stem}" for path in PAGE.parent.glob("*.py")} | {"jaus.messages"}
+    files = {f"jaus.{path.stem}" for path in PAGE.parent.glob("*.py")} | {"jaus.messages", "jaus.transports"}
     assert names <= files
     inner = {"__init__", "__main__", "as5669a", "errors", "generator", "status"}
     assert files - names == {f"jaus.{name}" for name in inner}
