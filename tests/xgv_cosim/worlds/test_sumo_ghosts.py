@@ -285,3 +285,15 @@ def test_the_ghost_is_like_its_owner_to_those_behind(opened: Callable[..., Car])
     ):
         assert getattr(car_.vehicle, getter)(ghost) == getattr(car_.vehicle, getter)("ego"), getter
     assert car_.vehicle.getSpeedFactor(ghost) == 1.0
+
+
+def test_nobody_brakes_for_a_ghost_that_is_as_fast_as_he_is(opened: Open) -> None:
+    """SUMO has a vehicle stand in the step in which it comes; that step is over before anybody looks."""
+    ego = opened(car("ego", 200, 13), car("behind", 175, 13, lane=1))
+    speeds_mps, ghosts = [], 0
+    for step in range(40):
+        ego.drive(min(0.1 * max(step - 10, 0), 1.2), 13.0)
+        speeds_mps.append(ego.of("behind", "speed_mps"))
+        ghosts += len(ego.ghosts)
+    assert ghosts > 15
+    assert np.diff(speeds_mps).min() > -0.05

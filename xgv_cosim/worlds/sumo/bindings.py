@@ -107,7 +107,7 @@ class Bindings:
 
     def part(self) -> None:
         """Take back what needs no time: ghosts go, wrecks drive on, cars off the road with the next step."""
-        self.ghosts.drop_lost()
+        self.ghosts.settle()
         self.ghosts.show(())
         self._held.let_all_drive(frozenset(self._engine.vehicle.getIDList()))
 
@@ -127,7 +127,7 @@ class Bindings:
         """Set right what SUMO's step has left, before anybody reads it."""
         self._standstill.settle()
         self._lane_changes.settle()
-        self.ghosts.drop_lost()
+        self.ghosts.settle()
 
     def take_notes(self) -> tuple[tuple[str, str], ...]:
         """Return what happened since the last call."""

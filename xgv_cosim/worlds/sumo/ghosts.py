@@ -80,6 +80,8 @@ class Ghosts:
     _allowed: dict[int, tuple[str, ...]] = field(default_factory=dict)
     """Vehicle classes that may use a lane; empty: all."""
     _made: int = 0
+    _new: dict[str, float] = field(default_factory=dict)
+    """Speed of each ghost that comes in the coming step."""
 
     @property
     def standing(self) -> frozenset[tuple[str, int]]:
@@ -94,7 +96,10 @@ class Ghosts:
         for key, reach in wanted.items():
             if not self._may_use(reach):
                 continue
-            ghost = self._standing.get(key) or self._add(reach)
+            ghost = self._standing.get(key)
+            if ghost is None:
+                ghost = self._add(reach)
+                self._new[ghost] = max(reach.speed_mps, 0.0)
             lane = np.array([reach.lane])
             at = self.road.points_ahead(lane, np.array([reach.front_m]), np.array([-1]))
             pose = float(at.x_m[0]), float(at.y_m[0]), float(at.heading_rad[0])
@@ -112,11 +117,19 @@ class Ghosts:
                 MATCH_THRESHOLD_M,
             )
 
-    def drop_lost(self) -> None:
-        """Take away ghosts that SUMO has taken off the road; those still wanted are made anew."""
+    def settle(self) -> None:
+        """Set right what SUMO's step has left: ghosts that are new, and those that it has taken off the road.
+
+        SUMO has a vehicle stand in the step in which it comes; followers would brake for it in the next.
+        Ghosts that are gone and still wanted are made anew.
+        """
         if not self._standing:
             return
         present, loaded = self.engine.vehicle.getIDList(), self.engine.vehicle.getLoadedIDList()
+        for ghost, speed_mps in self._new.items():
+            if ghost in present:
+                self.engine.vehicle.setPreviousSpeed(ghost, speed_mps)
+        self._new.clear()
         for key, ghost in list(self._standing.items()):
             if ghost in present:
                 continue
