@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from markdown_parts import table
 
 from jaus.component import Standing
+from jaus.vehicle_mode import ControlMode, SafetyMode
 from xgv_cosim.cli.modes import mode_words
 from xgv_cosim.vehicles.xgv.auxiliaries import (
     engine_refusal,
@@ -14,7 +15,7 @@ from xgv_cosim.vehicles.xgv.auxiliaries import (
     parking_brake_refusal,
     signals_refusal,
 )
-from xgv_cosim.vehicles.xgv.modes import PARTIAL_MODE_ACTS_IN, ControlMode, SafetyMode
+from xgv_cosim.vehicles.xgv.modes import PARTIAL_MODE_ACTS_IN
 
 _NEEDS_CONTROL = "`xgv.nonmotion.needs_control`"
 _WHO: Mapping[frozenset[Standing], str] = {

@@ -21,6 +21,7 @@ from jaus.component import (
     ComponentStatus,
     StatusCommand,
 )
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim import injection
 from xgv_cosim.actuation import LostFunction
 from xgv_cosim.cli.modes import mode_words, sections
@@ -33,7 +34,6 @@ from xgv_cosim.vehicles.xgv import modes as rules
 from xgv_cosim.vehicles.xgv import rearm as rearming
 from xgv_cosim.vehicles.xgv.assumptions import ledger
 from xgv_cosim.vehicles.xgv.errors import COMMAND_TIMEOUTS, ERRORS, XgvError
-from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 from xgv_cosim.vehicles.xgv.rearm import PRESETS, WORDS, Rearm, RearmCause, RearmSettings
 from xgv_cosim.vehicles.xgv.settings import ErrorLatch, XgvSettings

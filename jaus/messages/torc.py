@@ -12,59 +12,7 @@ from typing import Annotated
 
 from jaus.fields import Byte, Integer, Scaled, Time
 from jaus.messages.base import Message, message, record
-
-
-class ControlMode(IntEnum):
-    """Which kind of command the car executes (XGV-48)."""
-
-    UNKNOWN = 0
-    SOFTWARE_PAUSE = 1
-    WRENCH_EFFORTS = 2
-    MOTION_PROFILES = 3
-
-
-class ReadyMode(IntEnum):
-    """Whether the user's software pauses the car (XGV-49)."""
-
-    UNKNOWN = 0
-    SOFTWARE_PAUSE = 1
-    READY = 2
-
-
-class SafetyMode(IntEnum):
-    """The operating state that results (XGV-50); 2 to 7 all are software pause."""
-
-    UNKNOWN = 0
-    DRIVE_BY_WIRE = 1
-    SOFTWARE_PAUSE = 2
-    ESTOP_PAUSE = 8
-    MANUAL_OVERRIDE = 9
-    EMERGENCY_MANUAL_OVERRIDE = 10
-    ESTOP_STOP = 11
-
-
-class PartialOverrideBit(IntEnum):
-    """Bits of the partial overrides (XGV-51)."""
-
-    STEERING_MANUAL = 0
-    SPEED_MANUAL = 1
-
-
-class SafetyDeviceBit(IntEnum):
-    """Bits of the safety devices in Report Vehicle Mode (XGV-52)."""
-
-    MANUAL_OVERRIDE = 0
-    SAFESTOP_PAUSE = 1
-    SAFESTOP_STOP = 2
-    LINK_BYPASS = 3
-    """The two link bits: 0 none, 1 bypass, 2 good."""
-    LINK_GOOD = 4
-    EXTERNAL_ESTOP = 5
-    DOOR = 6
-    ERRORS = 7
-    EMERGENCY_MANUAL_OVERRIDE = 8
-    STEERING_UNINITIALISED = 9
-    AWAITING_USER = 10
+from jaus.vehicle_mode import ControlMode, PartialOverrideBit, ReadyMode, SafetyDeviceBit, SafetyMode
 
 
 class SecondaryStatusBit(IntEnum):

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from jaus.component import ComponentStatus
+from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.cli.modes import mode_words
 from xgv_cosim.injection import InjectionKind
 from xgv_cosim.vehicles.xgv.errors import ERRORS
-from xgv_cosim.vehicles.xgv.modes import SafetyMode
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "modes.md"

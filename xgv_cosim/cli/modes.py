@@ -10,11 +10,11 @@ import typer
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.cli.app import app
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.vehicles.xgv import modes as rules
-from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.vehicles.xgv.settings import PauseSteering, XgvSettings
 
 

@@ -6,9 +6,9 @@ import json
 
 from typer.testing import CliRunner
 
+from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.cli.app import app
 from xgv_cosim.cli.modes import sections
-from xgv_cosim.vehicles.xgv.modes import SafetyMode
 from xgv_cosim.vehicles.xgv.settings import PauseSteering, XgvSettings
 
 

@@ -10,6 +10,7 @@ import pytest
 from jaus.address import ComponentId, JausAddress
 from jaus.component import StatusCommand
 from jaus.errors import LocalProtocolError
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from tests.xgv_cosim.simulation.conftest import Opener
 from xgv_cosim.commands import MotionProfile, WrenchEffort
 from xgv_cosim.endpoint import CommandStatus, ReleaseControl, RequestControl, StackMessage
@@ -18,7 +19,6 @@ from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.observation import Observation
 from xgv_cosim.simulation import Simulation
 from xgv_cosim.simulation.lifecycle import stack_address
-from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 
 PD, MPD = ComponentId.PRIMITIVE_DRIVER, ComponentId.MOTION_PROFILE_DRIVER

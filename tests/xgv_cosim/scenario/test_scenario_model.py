@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 
+from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.scenario.loading import load_scenario, scenario_from_mapping
 from xgv_cosim.scenario.model import ModeName, Scenario, json_schema
 from xgv_cosim.scenario.units import unit_words, without_unit
 from xgv_cosim.scenario.xgv_section import XgvSection
-from xgv_cosim.vehicles.xgv.modes import SafetyMode
 from xgv_cosim.vehicles.xgv.settings import BothClients, ErrorLatch, Firmware, PauseSteering, XgvSettings
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.fleet import Fleet
@@ -21,9 +22,6 @@ from xgv_cosim.vehicles.xgv.modes import (
     MANUAL_STEERING,
     SAFESTOP_PAUSE,
     STEERING_UNINITIALISED,
-    ControlMode,
-    ReadyMode,
-    SafetyMode,
 )
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 from jaus.address import JausAddress
 from jaus.component import Standing
+from jaus.vehicle_mode import ControlMode, SafetyMode
 from xgv_cosim.commands import DiscreteDevices, Headlights, Signals, Turn
 from xgv_cosim.endpoint import DevicesCommanded, EndpointChanged, EndpointEvent, MessageRefused
-from xgv_cosim.vehicles.xgv.modes import PARTIAL_MODE_ACTS_IN, PAUSES, ControlMode, SafetyMode
+from xgv_cosim.vehicles.xgv.modes import PARTIAL_MODE_ACTS_IN, PAUSES
 
 SIGNALS_OFF = Signals(turn=Turn.OFF, horn=False, headlights=Headlights.OFF)
 _IN_CONTROL = frozenset({Standing.CONTROLLER, Standing.DEPUTY})

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.endpoint import EndpointChanged
 from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.vehicles.base import InjectionEffect
 from xgv_cosim.vehicles.transmitter import Demand, Transmitter
 from xgv_cosim.vehicles.xgv import modes
 from xgv_cosim.vehicles.xgv.errors import SAFESTOP_LINK_LOSS
-from xgv_cosim.vehicles.xgv.modes import SafetyMode
 from xgv_cosim.vehicles.xgv.rearm import WORDS, RearmCause, Rearming
 from xgv_cosim.vehicles.xgv.safestop import LinkStatus, Receiver, Relay, SafeStopReaction
 from xgv_cosim.vehicles.xgv.settings import XgvSettings

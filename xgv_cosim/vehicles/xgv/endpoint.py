@@ -10,6 +10,7 @@ from typing import assert_never
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import Component, ComponentStatus
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.actuation import LostFunction
 from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, WrenchEffort
 from xgv_cosim.endpoint import (
@@ -33,15 +34,7 @@ from xgv_cosim.vehicles.xgv.errors import (
     WRENCH_EFFORTS_TIMEOUT,
 )
 from xgv_cosim.vehicles.xgv.faults import Faults, warnings_of
-from xgv_cosim.vehicles.xgv.modes import (
-    ERRORS_DETECTED,
-    MANUAL_SPEED,
-    PARTIAL_MODE_ACTS_IN,
-    PAUSES,
-    ControlMode,
-    ReadyMode,
-    SafetyMode,
-)
+from xgv_cosim.vehicles.xgv.modes import ERRORS_DETECTED, MANUAL_SPEED, PARTIAL_MODE_ACTS_IN, PAUSES
 from xgv_cosim.vehicles.xgv.motion import CommandInForce, MotionCommand, motion_fault
 from xgv_cosim.vehicles.xgv.reasons import (
     COMPONENT_NAMES,

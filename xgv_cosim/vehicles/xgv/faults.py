@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.actuation import LostFunction
 from xgv_cosim.endpoint import EndpointChanged, EndpointEvent
 from xgv_cosim.errors import ScenarioError
@@ -17,12 +18,7 @@ from xgv_cosim.vehicles.xgv.errors import (
     STEERING_WARNING,
     near_codes,
 )
-from xgv_cosim.vehicles.xgv.modes import (
-    DOOR_OPEN,
-    STEERING_AWAITS_USER,
-    STEERING_UNINITIALISED,
-    SafetyMode,
-)
+from xgv_cosim.vehicles.xgv.modes import DOOR_OPEN, STEERING_AWAITS_USER, STEERING_UNINITIALISED
 from xgv_cosim.vehicles.xgv.settings import ErrorLatch
 
 

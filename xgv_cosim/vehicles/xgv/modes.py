@@ -9,73 +9,34 @@ three configurations of the control mode; figure B: the flowchart of the safety 
 
 from __future__ import annotations
 
-from enum import IntEnum
-
 from jaus.address import JausAddress
 from jaus.component import ComponentStatus
+from jaus.vehicle_mode import ControlMode, PartialOverrideBit, ReadyMode, SafetyDeviceBit, SafetyMode
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.vehicles.xgv.settings import BothClients, PauseSteering
 
 # Safety devices: bits of Report Vehicle Mode, field 6 (XGV-52).
-MANUAL_OVERRIDE_ENGAGED = 1 << 0
-SAFESTOP_PAUSE = 1 << 1
-SAFESTOP_STOP = 1 << 2
-LINK_STATUS_SHIFT = 3
+MANUAL_OVERRIDE_ENGAGED = 1 << SafetyDeviceBit.MANUAL_OVERRIDE
+SAFESTOP_PAUSE = 1 << SafetyDeviceBit.SAFESTOP_PAUSE
+SAFESTOP_STOP = 1 << SafetyDeviceBit.SAFESTOP_STOP
+LINK_STATUS_SHIFT = SafetyDeviceBit.LINK_BYPASS
 LINK_GOOD = 2 << LINK_STATUS_SHIFT
 """SafeStop link status "good"; bits 3 and 4 never change the mode (XGV-42)."""
-ESTOP_BUTTON = 1 << 5
-DOOR_OPEN = 1 << 6
-ERRORS_DETECTED = 1 << 7
-EMERGENCY_OVERRIDE_ENGAGED = 1 << 8
-STEERING_UNINITIALISED = 1 << 9
-STEERING_AWAITS_USER = 1 << 10
+ESTOP_BUTTON = 1 << SafetyDeviceBit.EXTERNAL_ESTOP
+DOOR_OPEN = 1 << SafetyDeviceBit.DOOR
+ERRORS_DETECTED = 1 << SafetyDeviceBit.ERRORS
+EMERGENCY_OVERRIDE_ENGAGED = 1 << SafetyDeviceBit.EMERGENCY_MANUAL_OVERRIDE
+STEERING_UNINITIALISED = 1 << SafetyDeviceBit.STEERING_UNINITIALISED
+STEERING_AWAITS_USER = 1 << SafetyDeviceBit.AWAITING_USER
 STEERING_NOT_READY = STEERING_UNINITIALISED | STEERING_AWAITS_USER
 """Either bit: the wheel is not under control, since 0 means "initialized" for both (XGV-69)."""
 DEVICE_WORDS = 1 << 11
 """Number of values of the device word; bits 11 to 15 are reserved."""
 
 # Partial mode: bits of Report Vehicle Mode, field 5 (XGV-51).
-MANUAL_STEERING = 1 << 0
-MANUAL_SPEED = 1 << 1
-
-
-class ControlMode(IntEnum):
-    """Which kind of command the car executes; wire codes of Report Vehicle Mode, field 2 (XGV-48)."""
-
-    UNKNOWN = 0
-    """Not computed: the system is not active (XGV-32)."""
-    SOFTWARE_PAUSE = 1
-    WRENCH_EFFORTS = 2
-    MOTION_PROFILES = 3
-
-
-class ReadyMode(IntEnum):
-    """The pause that user software commands; wire codes of Report Vehicle Mode, field 3 (XGV-49)."""
-
-    UNKNOWN = 0
-    """Not computed: the system is not active (XGV-32)."""
-    SOFTWARE_PAUSE = 1
-    READY = 2
-
-
-class SafetyMode(IntEnum):
-    """Final operating state; wire codes of Report Vehicle Mode, field 4 (XGV-50).
-
-    The enumeration is that of the note's text, 1 to 11 without a gap: its damaged table hides none (XGV-54).
-
-    The codes from 1 on rise with precedence, so the mode in force is the greatest active one.
-    """
-
-    INACTIVE = 0
-    """The system is not active: no mode is computed, and the car is silent (XGV-01, XGV-32)."""
-    DRIVE_BY_WIRE = 1
-    SOFTWARE_PAUSE = 2
-    """The wire's 2 to 7 all mean software pause; this version emits 2 (XGV-50)."""
-    ESTOP_PAUSE = 8
-    MANUAL_OVERRIDE = 9
-    EMERGENCY_MANUAL_OVERRIDE = 10
-    ESTOP_DISABLE = 11
+MANUAL_STEERING = 1 << PartialOverrideBit.STEERING_MANUAL
+MANUAL_SPEED = 1 << PartialOverrideBit.SPEED_MANUAL
 
 
 PAUSES = frozenset({SafetyMode.SOFTWARE_PAUSE, SafetyMode.ESTOP_PAUSE})

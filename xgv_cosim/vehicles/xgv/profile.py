@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.actuation import Driver
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.injection import InjectionKind
@@ -111,13 +112,13 @@ class XgvProfile:
         Raises:
             ValueError: No safety mode has this code.
         """
-        if modes.SafetyMode.SOFTWARE_PAUSE <= code < modes.SafetyMode.ESTOP_PAUSE:
-            return modes.SafetyMode.SOFTWARE_PAUSE.name.lower()
-        return modes.SafetyMode(code).name.lower()
+        if SafetyMode.SOFTWARE_PAUSE <= code < SafetyMode.ESTOP_PAUSE:
+            return SafetyMode.SOFTWARE_PAUSE.name.lower()
+        return SafetyMode(code).name.lower()
 
     def is_pause(self, safety_mode: int) -> bool:
         """Return whether a safety mode is one of the two pauses (XGV-28); 2 to 7 are one of them (XGV-50)."""
-        return modes.SafetyMode.SOFTWARE_PAUSE <= safety_mode <= modes.SafetyMode.ESTOP_PAUSE
+        return SafetyMode.SOFTWARE_PAUSE <= safety_mode <= SafetyMode.ESTOP_PAUSE
 
     def validate_injection(self, kind: InjectionKind, code: int | None) -> None:
         """Check that an error comes with a code of the XGV, and nothing else with any (XGV-38).

@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import Component, ComponentStatus
+from jaus.vehicle_mode import ControlMode
 from xgv_cosim.vehicles.xgv.errors import ERRORS
 from xgv_cosim.vehicles.xgv.modes import (
     DOOR_OPEN,
@@ -17,7 +18,6 @@ from xgv_cosim.vehicles.xgv.modes import (
     SAFESTOP_STOP,
     STEERING_AWAITS_USER,
     STEERING_UNINITIALISED,
-    ControlMode,
 )
 
 COMPONENT_NAMES = {

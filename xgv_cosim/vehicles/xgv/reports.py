@@ -5,8 +5,9 @@ Both tell the same facts in different orders (XGV-46, XGV-52); no byte is packed
 
 from __future__ import annotations
 
+from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.vehicles.base import VehicleModeReport
-from xgv_cosim.vehicles.xgv.modes import DEVICE_WORDS, MANUAL_SPEED, MANUAL_STEERING, SafetyMode
+from xgv_cosim.vehicles.xgv.modes import DEVICE_WORDS, MANUAL_SPEED, MANUAL_STEERING
 from xgv_cosim.vehicles.xgv.settings import Firmware
 
 REPORT_VERSION = 0

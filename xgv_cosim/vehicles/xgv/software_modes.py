@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
+from jaus.vehicle_mode import ControlMode, ReadyMode
 from xgv_cosim.endpoint import EndpointChanged
 from xgv_cosim.vehicles.xgv.drivers import Drivers
-from xgv_cosim.vehicles.xgv.modes import (
-    ControlMode,
-    ReadyMode,
-    is_software_ready,
-    resolve_control_mode,
-    resolve_ready_mode,
-)
+from xgv_cosim.vehicles.xgv.modes import is_software_ready, resolve_control_mode, resolve_ready_mode
 from xgv_cosim.vehicles.xgv.reasons import control_mode_reason, ready_mode_reasons
 from xgv_cosim.vehicles.xgv.settings import BothClients
 

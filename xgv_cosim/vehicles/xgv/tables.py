@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.columns import BoolColumn, IntColumn, UInt8Column
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.vehicles.base import ModeInputs, Resolution
@@ -16,9 +17,6 @@ from xgv_cosim.vehicles.xgv.modes import (
     MANUAL_STEERING,
     PAUSES,
     STEERING_NOT_READY,
-    ControlMode,
-    ReadyMode,
-    SafetyMode,
     is_driver_engaged,
     is_run_state,
     is_software_ready,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import StatusCommand
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.commands import MotionProfile, WrenchEffort
 from xgv_cosim.endpoint import (
     CommandStatus,
@@ -15,7 +16,6 @@ from xgv_cosim.endpoint import (
     StackMessage,
 )
 from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
-from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 
 PD = ComponentId.PRIMITIVE_DRIVER

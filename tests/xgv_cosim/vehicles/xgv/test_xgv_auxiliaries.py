@@ -7,6 +7,7 @@ from itertools import product
 import pytest
 
 from jaus.component import Standing
+from jaus.vehicle_mode import ControlMode, SafetyMode
 from tests.xgv_cosim.vehicles.xgv.stories import ALICE, BOB, TO_MOTION, TO_WRENCH, Story, refusal
 from xgv_cosim.actuation import Gear
 from xgv_cosim.commands import DiscreteDevices, Headlights, Signals, Turn
@@ -17,7 +18,6 @@ from xgv_cosim.vehicles.xgv.auxiliaries import (
     parking_brake_refusal,
     signals_refusal,
 )
-from xgv_cosim.vehicles.xgv.modes import ControlMode, SafetyMode
 
 SHIFT = DiscreteDevices(gear=Gear.REVERSE)
 ENGINE_OFF = DiscreteDevices(engine_on=False)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.vehicles.base import ModeInputs, Resolution
-from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode, resolve_lateral
+from xgv_cosim.vehicles.xgv.modes import resolve_lateral
 from xgv_cosim.vehicles.xgv.settings import PauseSteering
 from xgv_cosim.vehicles.xgv.tables import SOFTWARE_READY_TABLE, resolve
 

@@ -9,6 +9,7 @@ import pytest
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from tests.xgv_cosim.vehicles.xgv.stories import (
     ALICE,
     BOB,
@@ -36,7 +37,6 @@ from xgv_cosim.endpoint import (
     SetAuthority,
     StackMessage,
 )
-from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode, SafetyMode
 
 MPD_ADDRESS = JausAddress(1, 1, MPD, 1)
 

@@ -6,10 +6,11 @@ from itertools import combinations
 
 import pytest
 
+from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.vehicles.base import SafetyDevices
 from xgv_cosim.vehicles.xgv.devices import EFFECTS, XgvDevices
-from xgv_cosim.vehicles.xgv.modes import SafetyMode, resolve_safety_mode
+from xgv_cosim.vehicles.xgv.modes import resolve_safety_mode
 from xgv_cosim.vehicles.xgv.rearm import Rearm, RearmSettings
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 

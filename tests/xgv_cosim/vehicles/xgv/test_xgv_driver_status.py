@@ -7,6 +7,7 @@ import math
 import pytest
 
 from jaus.component import ComponentStatus, StatusCommand
+from jaus.vehicle_mode import ReadyMode
 from tests.xgv_cosim.vehicles.xgv.stories import (
     BOB,
     MOTION,
@@ -21,7 +22,6 @@ from tests.xgv_cosim.vehicles.xgv.stories import (
     refusal,
 )
 from xgv_cosim.endpoint import CommandStatus, EndpointChanged, RequestControl
-from xgv_cosim.vehicles.xgv.modes import ReadyMode
 
 
 def reasons_of_ready(story: Story) -> list[tuple[str, ...]]:

@@ -8,6 +8,7 @@ import pytest
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
+from jaus.vehicle_mode import ControlMode, ReadyMode
 from tests.xgv_cosim.vehicles.xgv.stories import (
     ALICE,
     BOB,
@@ -34,7 +35,6 @@ from xgv_cosim.endpoint import (
 )
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.vehicles.xgv.errors import ERRORS
-from xgv_cosim.vehicles.xgv.modes import ControlMode, ReadyMode
 from xgv_cosim.vehicles.xgv.settings import BothClients, ErrorLatch
 
 

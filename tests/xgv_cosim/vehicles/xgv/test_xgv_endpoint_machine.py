@@ -14,6 +14,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_stat
 from jaus import component as jaus_component
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus, StatusCommand
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from tests.jaus.test_component_machine import PLANTED, status_in_words
 from xgv_cosim.actuation import Gear, LostFunction
 from xgv_cosim.commands import DiscreteDevices, MotionProfile, MotionQueue, Signals, Turn, WrenchEffort
@@ -32,7 +33,7 @@ from xgv_cosim.endpoint import (
 )
 from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
 from xgv_cosim.vehicles.xgv.errors import ERRORS
-from xgv_cosim.vehicles.xgv.modes import PARTIAL_MODE_ACTS_IN, PAUSES, ControlMode, ReadyMode, SafetyMode
+from xgv_cosim.vehicles.xgv.modes import PARTIAL_MODE_ACTS_IN, PAUSES
 from xgv_cosim.vehicles.xgv.reasons import COMPONENT_NAMES
 from xgv_cosim.vehicles.xgv.settings import XgvSettings
 

@@ -6,19 +6,14 @@ from itertools import product
 
 import pytest
 
+from jaus.vehicle_mode import SafetyMode
 from tests.xgv_cosim.vehicles.xgv.stories import MOTION, TO_MOTION, Story
 from xgv_cosim.actuation import LostFunction
 from xgv_cosim.endpoint import EndpointChanged
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.vehicles.xgv.errors import COMMAND_TIMEOUTS, ERRORS, near_codes
 from xgv_cosim.vehicles.xgv.faults import Faults, warnings_of
-from xgv_cosim.vehicles.xgv.modes import (
-    DEVICE_WORDS,
-    DOOR_OPEN,
-    STEERING_AWAITS_USER,
-    STEERING_UNINITIALISED,
-    SafetyMode,
-)
+from xgv_cosim.vehicles.xgv.modes import DEVICE_WORDS, DOOR_OPEN, STEERING_AWAITS_USER, STEERING_UNINITIALISED
 from xgv_cosim.vehicles.xgv.settings import ErrorLatch, XgvSettings
 
 HARDWARE = sorted(set(ERRORS) - {9138, 9143, 9144, 9157, 9158, *range(9175, 9181)})

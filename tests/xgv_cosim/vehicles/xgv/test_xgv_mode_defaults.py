@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from jaus.address import JausAddress
+from jaus.vehicle_mode import ControlMode, SafetyMode
 from xgv_cosim.actuation import Lateral
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.vehicles.xgv import modes
-from xgv_cosim.vehicles.xgv.modes import ControlMode, SafetyMode, resolve_control_mode, resolve_lateral
+from xgv_cosim.vehicles.xgv.modes import resolve_control_mode, resolve_lateral
 
 ALICE, MPD = JausAddress(1, 2, 4, 1), JausAddress(1, 1, 10, 1)
 

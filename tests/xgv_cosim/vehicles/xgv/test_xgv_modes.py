@@ -9,10 +9,8 @@ import pytest
 
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.vehicles.xgv.modes import (
-    ControlMode,
-    ReadyMode,
-    SafetyMode,
     is_software_ready,
     resolve_control_mode,
     resolve_ready_mode,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from jaus.vehicle_mode import SafetyMode
 from tests.xgv_cosim.vehicles.xgv.stories import MOTION, TO_MOTION, TO_WRENCH, WRENCH, Story, refusal
 from xgv_cosim.commands import MotionProfile, MotionQueue
 from xgv_cosim.endpoint import CommandAccepted, CommandDropped, EndpointChanged
-from xgv_cosim.vehicles.xgv.modes import SafetyMode
 
 
 def motion(speed_mps: float, duration_s: float) -> MotionProfile:

@@ -6,8 +6,9 @@ from itertools import product
 
 import pytest
 
+from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from xgv_cosim.vehicles.base import VehicleModeReport
-from xgv_cosim.vehicles.xgv.modes import DEVICE_WORDS, ControlMode, ReadyMode, SafetyMode
+from xgv_cosim.vehicles.xgv.modes import DEVICE_WORDS
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 from xgv_cosim.vehicles.xgv.reports import secondary_status, vehicle_mode_report
 from xgv_cosim.vehicles.xgv.settings import Firmware, XgvSettings
