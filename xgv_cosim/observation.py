@@ -28,7 +28,7 @@ class DeviceReading:
 
 @dataclass(frozen=True, slots=True)
 class LaneBeside:
-    """A lane to one side that may be changed to."""
+    """A lane to one side that may be changed to; who reaches into it over a line counts as there."""
 
     offset_m: float
     """From the own lane's centre line to that lane's, positive left."""
@@ -66,7 +66,7 @@ class Observation:
     in the vehicle's frame: x forward, y left. Off the road the way that was left; empty if none is known."""
     leader_gap_m: float
     """Bumper to bumper, ``inf`` without a leader in sight; also to a body that stands or crosses inside a
-    junction, or off the road, and reaches into the way."""
+    junction, off the road or over a line between lanes, and reaches into the way."""
     leader_speed_mps: float
     """Speed of the leader along the way; own speed without one."""
     safety_mode: str

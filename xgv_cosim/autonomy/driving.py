@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from xgv_cosim.autonomy.crossing import Crossings
 from xgv_cosim.autonomy.lateral import (
+    CENTRED_M,
     SHORTEST_CHANGE_M,
     LaneChanges,
     urgency,
@@ -43,10 +44,13 @@ TAKES_OVER_LATERAL_MPS2 = 2.0
 def may_take_over(seen: Observation, wish: Wish) -> bool:
     """Return whether the car can go on from here: not in the middle of what another driver has begun.
 
-    A driver of the world takes turns that no car can; who took over in one would leave the road.
+    A driver of the world takes turns that no car can; who took over in one would leave the road. And he
+    has looked whether the lane is free that he is moving to.
     """
     if abs(seen.speed_mps) < TAKES_OVER_MPS:
         return True
+    if abs(seen.lateral_m) > CENTRED_M:
+        return False
     curvature = max(abs(wish.curvature_per_m), abs(seen.curvature_per_m))
     return wish.accel_mps2 > -TAKES_OVER_DECEL_MPS2 and (
         curvature * seen.speed_mps**2 < TAKES_OVER_LATERAL_MPS2

@@ -34,7 +34,7 @@ BACKWARD = 0.5
 MOST_LOOKAHEADS, LONGER = 8, 1.2
 """So often it looks further ahead for a point that it can reach, each time so much further."""
 CENTRED_M = 0.7
-"""Nobody begins a lane change further from the centre of his lane."""
+"""Nobody begins a lane change, or takes over from another driver, further from the centre of his lane."""
 
 
 def change_room_m(seen: Observation) -> float:

@@ -136,6 +136,15 @@ def test_it_takes_over_where_it_can_go_on_only() -> None:
     assert may_take_over(replace(turning, speed_mps=0.5), RouteDriving(SETTINGS).wish(turning))
 
 
+@pytest.mark.parametrize("left_m", [-1.5, -0.71, 0.71, 1.5])
+def test_it_lets_another_driver_end_his_lane_change(left_m: float) -> None:
+    aside = replace(seen(speed=10.0), lateral_m=left_m)
+    straight_on = RouteDriving(SETTINGS).wish(seen(speed=10.0))
+    assert not may_take_over(aside, straight_on)
+    assert may_take_over(replace(aside, lateral_m=0.98 * math.copysign(0.7, left_m)), straight_on)
+    assert may_take_over(replace(aside, speed_mps=0.5), straight_on)
+
+
 def test_wrench_efforts_follow_the_relation_of_public_clients_xgv_62() -> None:
     """XGV-62: ``curvature = tan(phi / (1 + v² k)) / L``; the pedals give what the car's forces are."""
     parameters = VehicleParameters()

@@ -37,12 +37,21 @@ def scene(
     )
 
 
-def ahead(snapshot: Snapshot, curvature_per_m: float = 0.0) -> tuple[float, float]:
+def ahead(
+    snapshot: Snapshot, curvature_per_m: float = 0.0, over_lines: tuple[int, ...] = ()
+) -> tuple[float, float]:
     turned = PREVIEW_M * curvature_per_m
     x_m = PREVIEW_M if not curvature_per_m else np.sin(turned) / curvature_per_m
     y_m = 0.0 * PREVIEW_M if not curvature_per_m else (1.0 - np.cos(turned)) / curvature_per_m
     gap_m, speed_mps = bodies_in_the_way(
-        snapshot, np.array([0]), x_m[None, :], y_m[None, :], np.array([[ROAD, FURTHER]]), INSIDE, PLACES
+        snapshot,
+        np.array([0]),
+        x_m[None, :],
+        y_m[None, :],
+        np.array([[ROAD, FURTHER]]),
+        np.array(over_lines, np.int64),
+        INSIDE,
+        PLACES,
     )
     return float(gap_m[0]), float(speed_mps[0])
 
@@ -87,6 +96,18 @@ def test_who_drives_on_a_lane_of_the_road_is_left_to_sumo() -> None:
     assert ahead(scene(20.0, 0.0, 0.0, lane=ROAD))[0] == np.inf
 
 
+def test_who_is_over_a_line_of_the_road_is_in_the_way_as_far_as_the_body_reaches_in() -> None:
+    """A car that SUMO has turned in its lane change, with its front still in the lane beside."""
+    turned = scene(20.0, 2.6, 0.2, lane=ROAD, speed_mps=3.0)
+    gap_m, speed_mps = ahead(turned, over_lines=(1,))
+    corner_x_m = 20.0 - 4.5 * np.cos(0.2) + 0.9 * np.sin(0.2)
+    corner_y_m = 2.6 - 4.5 * np.sin(0.2) - 0.9 * np.cos(0.2)
+    assert gap_m == pytest.approx(corner_x_m - (0.9 + 0.25 - corner_y_m) * np.tan(0.2), abs=0.01)
+    assert speed_mps == pytest.approx(3.0 * np.cos(0.2))
+    assert ahead(scene(20.0, 2.2, 0.0, lane=ROAD), over_lines=(1,))[0] == np.inf
+    assert ahead(scene(-1.0, 1.0, 0.0, lane=ROAD), over_lines=(1,))[0] == np.inf
+
+
 def test_who_is_off_the_road_counts_and_who_is_on_a_bridge_does_not() -> None:
     assert ahead(scene(20.0, 0.0, 0.0, lane=-1))[0] == pytest.approx(15.5)
     assert ahead(scene(20.0, 0.0, 0.0, lane=BRIDGE))[0] == np.inf
@@ -118,6 +139,7 @@ def test_nobody_looks_or_nobody_is_there() -> None:
         nothing,
         nothing,
         np.zeros((0, 2), np.int64),
+        np.zeros(0, np.int64),
         INSIDE,
         PLACES,
     )

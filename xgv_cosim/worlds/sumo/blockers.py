@@ -1,4 +1,4 @@
-"""Bodies in the way: who stands inside a junction, or off the road, and reaches into a lane ahead.
+"""Bodies in the way: who is inside a junction, off the road or over a line, and reaches into a lane ahead.
 
 SUMO knows a leader by his lane. One who waits inside a junction on another lane, to turn off it, may leave
 his tail in the way of those who go straight on: he is nobody's leader there, and on no lane whose foe they
@@ -37,6 +37,7 @@ def bodies_in_the_way(
     way_x_m: FloatMatrix,
     way_y_m: FloatMatrix,
     lanes: IntColumn,
+    over_lines: IntColumn,
     inside_junction: BoolColumn,
     places: Sequence[frozenset[str]],
 ) -> tuple[FloatColumn, FloatColumn]:
@@ -48,6 +49,7 @@ def bodies_in_the_way(
         way_x_m: Their ways at ``PREVIEW_M``, from the front bumper on, shape ``(n, len(PREVIEW_M))``.
         way_y_m: Likewise.
         lanes: The lanes of each way in their order, shape ``(n, k)``, -1 past the end or unknown.
+        over_lines: Rows of those whose bodies reach over a line, in any order.
         inside_junction: Which lanes of the network lie inside a junction.
         places: The junctions at the ends of each lane; who has none in common is on another road.
 
@@ -56,7 +58,9 @@ def bodies_in_the_way(
     """
     gap_m, speed_mps = np.full(rows.size, np.inf), np.zeros(rows.size)
     tail_inside = snapshot.lane_position_m < snapshot.length_m
-    others = np.flatnonzero((snapshot.lane < 0) | inside_junction[snapshot.lane] | tail_inside)
+    looked_at = (snapshot.lane < 0) | inside_junction[snapshot.lane] | tail_inside
+    looked_at[over_lines] = True
+    others = np.flatnonzero(looked_at)
     if not others.size or not rows.size:
         return gap_m, speed_mps
     half_m = 0.5 * np.hypot(snapshot.length_m, snapshot.width_m)

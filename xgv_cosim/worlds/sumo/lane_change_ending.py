@@ -9,7 +9,6 @@ SUMO's own heading of the vehicle follows slowly; see ``placing`` for when it ma
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,6 +21,9 @@ _AT_ONCE_MPS = 1e4
 """Sideways over any lane within any step."""
 _BOUND_AT_REST = "laneChangeModel.lcMaxSpeedLatStanding"
 """What SUMO adds to the forward speed for the lane-change model's own bound of the sideways speed."""
+
+_NOT_KNOWN = "does not support laneChangeModel parameter"
+"""In SUMO's message where the vehicle's lane-change model has no such bound."""
 
 
 class _Own(NamedTuple):
@@ -44,14 +46,21 @@ class LaneChangeEnding:
     def quicken(self, vehicle_id: str) -> None:
         """Have a lane change end in the coming step, for a vehicle that is placed freely in it."""
         vehicle = self.engine.vehicle
-        bound: str | None = None
-        with suppress(*errors_of(self.engine)):
-            bound = vehicle.getParameter(vehicle_id, _BOUND_AT_REST)
+        bound = self._bound_at_rest(vehicle_id)
         own = _Own(vehicle_id, vehicle.getTypeID(vehicle_id), vehicle.getMaxSpeedLat(vehicle_id), bound)
         self._quick.append(own)
         vehicle.setMaxSpeedLat(vehicle_id, _AT_ONCE_MPS)
         if bound is not None:
             vehicle.setParameter(vehicle_id, _BOUND_AT_REST, str(_AT_ONCE_MPS))
+
+    def _bound_at_rest(self, vehicle_id: str) -> str | None:
+        try:
+            bound: str = self.engine.vehicle.getParameter(vehicle_id, _BOUND_AT_REST)
+        except errors_of(self.engine) as error:
+            if _NOT_KNOWN not in str(error):
+                raise
+            return None
+        return bound
 
     def settle(self) -> None:
         """Take it back after the step, from whom SUMO still has."""

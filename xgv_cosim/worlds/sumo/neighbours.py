@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple, Self
 
@@ -123,12 +123,12 @@ class NeighbourReader:
         rows_of = np.array([*range(len(index_of)), *(row for _, row in ghosts)], np.int64)
         lanes = np.array([number[vehicle.getLaneID(ghost)] for ghost, _ in ghosts], np.int64)
         positions_m = np.array([vehicle.getLanePosition(ghost) for ghost, _ in ghosts])
-        traffic = LaneTraffic.of(
+        return LaneTraffic.of(
             self.road,
             np.concatenate([scene.lane, lanes]),
             np.concatenate([scene.position_m, positions_m]),
+            rows=rows_of,
         )
-        return replace(traffic, rows=rows_of[traffic.rows])
 
     def _leaders_by_lanes(self, scene: Scene) -> Nearest:
         """Return leaders along the routes, from positions alone."""

@@ -190,6 +190,12 @@ class SumoRoad:
         return self._beside.get((self.edge_ids[lane], place + side * self.leftwards), -1)
 
     @cached_property
+    def lanes_beside(self) -> IntColumn:
+        """Return ``beside`` of every lane as a table, shape ``(2, number of lanes)``: left, right."""
+        lanes = range(len(self.lane_ids))
+        return np.array([[self.beside(lane, side) for lane in lanes] for side in (1, -1)], np.int64)
+
+    @cached_property
     def _innermost(self) -> dict[str, int]:
         """The lane next to the oncoming ones, of each edge between junctions."""
         innermost: dict[str, int] = {}

@@ -27,6 +27,7 @@ from xgv_cosim.worlds.sumo.conflicts import Conflicts
 from xgv_cosim.worlds.sumo.foes import FoesOf, RoutesAhead, Signals
 from xgv_cosim.worlds.sumo.known_ways import KnownWays
 from xgv_cosim.worlds.sumo.network import SumoNetwork
+from xgv_cosim.worlds.sumo.over_lines import bodies_over_lines, traffic_with
 from xgv_cosim.worlds.sumo.traffic_lanes import LaneTraffic
 
 if TYPE_CHECKING:
@@ -92,8 +93,16 @@ class SurroundingsReader:
         traffic = LaneTraffic.of(self.road, snapshot.lane, snapshot.lane_position_m)
         left_m = ways.first_left_m(position_m)
         leader_gap_m, leader_speed_mps = self._leaders(snapshot, rows, position_m, ways, traffic)
+        over = bodies_over_lines(self.road, snapshot)
         blocked_m, blocker_mps = bodies_in_the_way(
-            snapshot, rows, way_x_m, way_y_m, ways.lanes, self.road.inside_junction, self.road.junctions
+            snapshot,
+            rows,
+            way_x_m,
+            way_y_m,
+            ways.lanes,
+            over.rows,
+            self.road.inside_junction,
+            self.road.junctions,
         )
         blocked = blocked_m < leader_gap_m - _SAME_M
         leader_gap_m = np.where(blocked, blocked_m, leader_gap_m)
@@ -102,6 +111,7 @@ class SurroundingsReader:
         signals = Signals(self.engine)
         foes = FoesOf(snapshot, traffic, self.network, self._conflicts, self._routes, signals)
         to_left, to_right = known.beside
+        bodies = traffic_with(self.road, snapshot, over)
         speed_mps = snapshot.speed_mps[rows]
         return Surroundings(
             way_x_m=way_x_m,
@@ -117,8 +127,8 @@ class SurroundingsReader:
             route_end_m=left_m.route_end_m,
             leader_gap_m=leader_gap_m,
             leader_speed_mps=leader_speed_mps,
-            left=self._beside(to_left, snapshot, rows, on_road, traffic),
-            right=self._beside(to_right, snapshot, rows, on_road, traffic),
+            left=self._beside(to_left, snapshot, rows, on_road, bodies),
+            right=self._beside(to_right, snapshot, rows, on_road, bodies),
             signals=self._next_signals(position_m, signals),
             junctions=self._next_junctions(position_m, speed_mps, on_road, foes),
         )

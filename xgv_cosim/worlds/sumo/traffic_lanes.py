@@ -35,13 +35,23 @@ class LaneTraffic:
     """Where each lane's vehicles begin in that order; one entry more at the end."""
 
     @classmethod
-    def of(cls, road: SumoRoad, lane: IntColumn, position_m: FloatColumn) -> LaneTraffic:
-        """Return the traffic of a snapshot's columns."""
+    def of(
+        cls, road: SumoRoad, lane: IntColumn, position_m: FloatColumn, *, rows: IntColumn | None = None
+    ) -> LaneTraffic:
+        """Return the traffic of a snapshot's columns, or of bodies that may be in more lanes than one.
+
+        Args:
+            road: The lanes.
+            lane: Of each body, shape ``(n,)``, -1: on none.
+            position_m: Front bumper along it, likewise.
+            rows: Whose body it is, likewise; None: the columns are the snapshot's.
+        """
         on_road = np.flatnonzero(lane >= 0)
         lane, position_m = lane[on_road], position_m[on_road]
         order = np.lexsort((position_m, lane))
         first = np.searchsorted(lane[order], np.arange(len(road.lane_ids) + 1))
-        return cls(road, on_road[order], position_m[order], first)
+        whose = on_road if rows is None else rows[on_road]
+        return cls(road, whose[order], position_m[order], first)
 
     @cached_property
     def _lists(self) -> tuple[list[int], list[float], list[int]]:
