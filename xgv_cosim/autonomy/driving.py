@@ -41,20 +41,8 @@ TAKES_OVER_LATERAL_MPS2 = 2.0
 """It takes over from another driver where no more than this has to be done."""
 
 
-def may_take_over(seen: Observation, wish: Wish) -> bool:
-    """Return whether the car can go on from here: not in the middle of what another driver has begun.
-
-    A driver of the world takes turns that no car can; who took over in one would leave the road. And he
-    has looked whether the lane is free that he is moving to.
-    """
-    if abs(seen.speed_mps) < TAKES_OVER_MPS:
-        return True
-    if abs(seen.lateral_m) > CENTRED_M:
-        return False
-    curvature = max(abs(wish.curvature_per_m), abs(seen.curvature_per_m))
-    return wish.accel_mps2 > -TAKES_OVER_DECEL_MPS2 and (
-        curvature * seen.speed_mps**2 < TAKES_OVER_LATERAL_MPS2
-    )
+MOVES_ASIDE_MPS = 0.2
+"""Who moves faster than this to the side is being brought onto another lane."""
 
 
 class RouteDriving:
@@ -64,9 +52,13 @@ class RouteDriving:
         self._settings = settings
         self._changes = LaneChanges()
         self._crossings = Crossings(settings)
+        self._last: Observation | None = None
+        self._moves_aside = False
 
     def wish(self, seen: Observation) -> Wish:
         """Return what to do now; without a way: brake, straight on."""
+        self._moves_aside = self._last is not None and moves_aside(self._last, seen)
+        self._last = seen
         if not seen.lane_ahead_m:
             return Wish(-self._settings.lost_decel_mps2, 0.0)
         beside = self._changes.decide(seen)
@@ -81,6 +73,31 @@ class RouteDriving:
         if not seen.on_road:
             accel = min(accel, max(BACK_MPS - seen.speed_mps, -self._settings.lost_decel_mps2))
         return Wish(accel, within_grip_per_m(curvature, seen.speed_mps, self._settings))
+
+    def may_take_over(self, seen: Observation, wish: Wish) -> bool:
+        """Return whether the car can go on from here: not in the middle of what another driver has begun.
+
+        A driver of the world takes turns that no car can; who took over in one would leave the road. And he
+        has looked whether the lane is free that he is moving to. Ask after ``wish`` of the same view.
+        """
+        if abs(seen.speed_mps) < TAKES_OVER_MPS:
+            return True
+        if self._moves_aside and abs(seen.lateral_m) > CENTRED_M:
+            return False
+        curvature = max(abs(wish.curvature_per_m), abs(seen.curvature_per_m))
+        return wish.accel_mps2 > -TAKES_OVER_DECEL_MPS2 and (
+            curvature * seen.speed_mps**2 < TAKES_OVER_LATERAL_MPS2
+        )
+
+
+def moves_aside(before: Observation, now: Observation) -> bool:
+    """Return whether the car has moved across its lane since the last view, or onto another one."""
+    lasted_s = now.time_s - before.time_s
+    if lasted_s <= 0.0:
+        return False
+    return now.lane_id != before.lane_id or (
+        abs(now.lateral_m - before.lateral_m) > MOVES_ASIDE_MPS * lasted_s
+    )
 
 
 def lane_end_stop_m(seen: Observation, *, changes: bool) -> float:

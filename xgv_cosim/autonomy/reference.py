@@ -9,7 +9,7 @@ allowed to: the engine also in a pause, the parking brake in drive-by-wire only 
 from __future__ import annotations
 
 from jaus.address import JausAddress
-from xgv_cosim.autonomy.driving import RouteDriving, Wish, may_take_over
+from xgv_cosim.autonomy.driving import RouteDriving, Wish
 from xgv_cosim.autonomy.longitudinal import free_speed_mps
 from xgv_cosim.autonomy.session import closed_loop_session
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
@@ -40,7 +40,7 @@ class ReferenceStack:
             observation,
             self._address,
             self._settings.authority,
-            takes_over=may_take_over(observation, wish),
+            takes_over=self._driving.may_take_over(observation, wish),
         )
         messages.append(self._motion(observation, wish))
         return messages

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from jaus.address import JausAddress
-from xgv_cosim.autonomy.driving import RouteDriving, Wish, may_take_over
+from xgv_cosim.autonomy.driving import RouteDriving, Wish
 from xgv_cosim.autonomy.session import DRIVES, open_loop_session
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
 from xgv_cosim.commands import WrenchEffort
@@ -73,7 +73,7 @@ class ReferenceWrenchStack:
             observation,
             self._address,
             self._settings.authority,
-            takes_over=may_take_over(observation, wish),
+            takes_over=self._driving.may_take_over(observation, wish),
         )
         messages.append(self._effort(observation, wish))
         return messages

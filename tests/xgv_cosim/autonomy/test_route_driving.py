@@ -11,14 +11,14 @@ import pytest
 from jaus.address import ComponentId
 from tests.xgv_cosim.autonomy.test_reference_stack import CAR, ME, seen
 from xgv_cosim.autonomy.crossing import Crossings
-from xgv_cosim.autonomy.driving import RouteDriving, lane_end_stop_m, may_take_over
+from xgv_cosim.autonomy.driving import RouteDriving, lane_end_stop_m
 from xgv_cosim.autonomy.lateral import LaneChanges, gap_allows
 from xgv_cosim.autonomy.longitudinal import curve_speeds, slowing_mps2
 from xgv_cosim.autonomy.settings import ReferenceStackSettings
 from xgv_cosim.autonomy.wrench import ReferenceWrenchStack, pedal_shares, steering_share
 from xgv_cosim.commands import WrenchEffort
 from xgv_cosim.endpoint import ReleaseControl, RequestControl
-from xgv_cosim.observation import LaneBeside
+from xgv_cosim.observation import LaneBeside, Observation
 from xgv_cosim.parameters import VehicleParameters
 from xgv_cosim.perception import way_curvature
 from xgv_cosim.surroundings import PREVIEW_M, Foe, Junction, Signal
@@ -129,20 +129,35 @@ def test_the_curvature_of_an_arc_is_found_and_a_slight_kink_is_smoothed(radius_m
     assert np.abs(way_curvature(PREVIEW_M[None], kink[None])).max() < 0.003
 
 
+def takes_over(*views: Observation) -> bool:
+    """Return whether it takes over at the last of these views."""
+    driving = RouteDriving(SETTINGS)
+    wishes = [driving.wish(view) for view in views]
+    return driving.may_take_over(views[-1], wishes[-1])
+
+
 def test_it_takes_over_where_it_can_go_on_only() -> None:
     turning = replace(seen(speed=10.0), curvature_per_m=0.15)
-    assert not may_take_over(turning, RouteDriving(SETTINGS).wish(turning))
-    assert may_take_over(seen(speed=10.0), RouteDriving(SETTINGS).wish(seen(speed=10.0)))
-    assert may_take_over(replace(turning, speed_mps=0.5), RouteDriving(SETTINGS).wish(turning))
+    assert not takes_over(turning)
+    assert takes_over(seen(speed=10.0))
+    assert takes_over(replace(turning, speed_mps=0.5))
 
 
-@pytest.mark.parametrize("left_m", [-1.5, -0.71, 0.71, 1.5])
-def test_it_lets_another_driver_end_his_lane_change(left_m: float) -> None:
-    aside = replace(seen(speed=10.0), lateral_m=left_m)
-    straight_on = RouteDriving(SETTINGS).wish(seen(speed=10.0))
-    assert not may_take_over(aside, straight_on)
-    assert may_take_over(replace(aside, lateral_m=0.98 * math.copysign(0.7, left_m)), straight_on)
-    assert may_take_over(replace(aside, speed_mps=0.5), straight_on)
+@pytest.mark.parametrize("to_left", [-1.0, 1.0])
+def test_it_lets_another_driver_end_his_lane_change(to_left: float) -> None:
+    """While the car moves across its lane, far from its centre; one that drives on beside it may go on."""
+
+    def at(time_s: float, left_m: float, speed_mps: float = 10.0, lane: str = "e_0") -> Observation:
+        aside = replace(seen(speed=speed_mps), time_s=time_s, lateral_m=to_left * left_m, lane_id=lane)
+        return replace(aside, lane_changes=0)
+
+    assert not takes_over(at(0.0, 1.3), at(0.1, 1.4))
+    assert not takes_over(at(0.0, 1.5), at(0.1, -1.6, lane="e_1"))
+    assert not takes_over(at(0.0, -0.82), at(0.1, -0.71))
+    assert takes_over(at(0.0, -0.80), at(0.1, -0.69))
+    assert takes_over(at(0.0, 1.0), at(0.1, 1.0))
+    assert takes_over(at(0.0, 1.0))
+    assert takes_over(at(0.0, 1.3), at(0.1, 1.4, 0.5))
 
 
 def test_wrench_efforts_follow_the_relation_of_public_clients_xgv_62() -> None:

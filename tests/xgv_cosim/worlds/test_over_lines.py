@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -89,6 +90,46 @@ def test_the_lanes_that_shapely_finds_under_a_body(lane: int, left_m: float, hea
 def test_left_is_left_where_lanes_are_counted_from_the_other_side() -> None:
     assert over(200.0, CENTRES_M[MIDDLE] + 1.2, 0.0, MIDDLE, road(leftwards=-1)) == [0]
     assert over(200.0, CENTRES_M[MIDDLE] - 1.2, 0.0, MIDDLE, road(leftwards=-1)) == [2]
+
+
+@pytest.mark.parametrize("to_left", [1.0, -1.0])
+@pytest.mark.parametrize("radius_m", [80.0, 150.0])
+def test_a_long_vehicle_in_the_middle_of_its_lane_on_a_bend(radius_m: float, to_left: float) -> None:
+    """Its rear is beside the tangent at its front, but in its lane."""
+    angle = np.linspace(0.0, 1.4, 141)
+    shapes = []
+    for centre_m in CENTRES_M:
+        across_m = radius_m - to_left * (centre_m - CENTRES_M[MIDDLE])
+        shapes.append(
+            np.column_stack([across_m * np.sin(angle), to_left * (radius_m - across_m * np.cos(angle))])
+        )
+    bend = replace(
+        road(),
+        lane_ids=("e_0", "e_1", "e_2"),
+        shapes=tuple(shapes),
+        lengths_m=np.full(3, 1.4 * radius_m),
+        widths_m=np.full(3, WIDTH_M),
+        limits_mps=np.full(3, 30.0),
+        edge_ids=("e",) * 3,
+        successors=((),) * 3,
+    )
+    length_m, at_rad = 16.5, 0.7
+    rear_rad = at_rad - 2.0 * math.asin(0.5 * length_m / radius_m)
+    (front_x, rear_x), (front_y, rear_y) = (
+        [radius_m * math.sin(a) for a in (at_rad, rear_rad)],
+        [to_left * radius_m * (1.0 - math.cos(a)) for a in (at_rad, rear_rad)],
+    )
+    lorry = make_snapshot(
+        "lorry",
+        front_x_m=np.array([front_x]),
+        front_y_m=np.array([front_y]),
+        heading_rad=np.array([math.atan2(front_y - rear_y, front_x - rear_x)]),
+        lane=np.array([MIDDLE]),
+        lane_position_m=np.array([radius_m * at_rad]),
+        length_m=np.array([length_m]),
+        width_m=np.array([2.55]),
+    )
+    assert bodies_over_lines(bend, lorry).lane.tolist() == []
 
 
 def test_nobody_off_the_road_or_inside_a_junction() -> None:

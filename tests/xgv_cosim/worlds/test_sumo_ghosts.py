@@ -269,22 +269,33 @@ def test_a_released_owner_has_no_ghost(opened: Callable[..., Car]) -> None:
     assert car_.ghosts == []
 
 
+LIKE_ITS_OWNER = (
+    *("getLength", "getWidth", "getDecel", "getApparentDecel"),
+    *("getTau", "getMinGap", "getVehicleClass", "getMaxSpeedLat"),
+)
+
+
 def test_the_ghost_is_like_its_owner_to_those_behind(opened: Callable[..., Car]) -> None:
     """Its followers expect the same braking of it; no random number is drawn for it."""
     car_ = opened(EGO)
     car_.drive(1.2)
     (ghost,) = (name for name in car_.vehicle.getIDList() if name.startswith(GHOST_PREFIX))
-    for getter in (
-        "getLength",
-        "getWidth",
-        "getDecel",
-        "getApparentDecel",
-        "getTau",
-        "getMinGap",
-        "getVehicleClass",
-    ):
+    for getter in LIKE_ITS_OWNER:
         assert getattr(car_.vehicle, getter)(ghost) == getattr(car_.vehicle, getter)("ego"), getter
     assert car_.vehicle.getSpeedFactor(ghost) == 1.0
+
+
+def test_the_ghost_is_like_an_owner_of_whom_a_script_has_set_something(opened: Callable[..., Car]) -> None:
+    """SUMO makes such a vehicle a type of its own; the next ghost knows what was set since the last."""
+    car_ = opened(EGO)
+    car_.vehicle.setTau("ego", 2.0)
+    for min_gap_m, tau_s, lateral_m in ((9.0, 3.0, 1.2), (4.0, 1.5, 0.0), (4.0, 1.5, 1.2)):
+        car_.vehicle.setMinGap("ego", min_gap_m)
+        car_.vehicle.setTau("ego", tau_s)
+        car_.drive(lateral_m)
+        for ghost in (name for name in car_.vehicle.getIDList() if name.startswith(GHOST_PREFIX)):
+            for getter in LIKE_ITS_OWNER:
+                assert getattr(car_.vehicle, getter)(ghost) == getattr(car_.vehicle, getter)("ego"), getter
 
 
 def test_nobody_brakes_for_a_ghost_that_is_as_fast_as_he_is(opened: Open) -> None:

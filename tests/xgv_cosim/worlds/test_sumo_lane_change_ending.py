@@ -134,6 +134,54 @@ def test_where_the_world_has_a_part_in_it(
     assert np.abs(np.diff(speeds_mps))[:10].max() < 0.2
 
 
+BEHIND = car("back0", 120, 10, lane=0, route="ab bc") + car("back1", 110, 10, lane=1, route="ab bc")
+
+
+@pytest.mark.parametrize(("begun", "to_lane"), [(5, 0), (5, 1), (10, 0), (10, 1), (16, 0), (20, 0), (25, 0)])
+@pytest.mark.parametrize(
+    ("kind", "computer"),
+    [
+        (CouplingKind.LANE, COMPUTER),
+        (CouplingKind.FREE, DRIVER_DRIVES),
+        (CouplingKind.FREE, COMPUTER),
+        (CouplingKind.AUTO, COMPUTER),
+    ],
+)
+def test_nobody_follows_the_car_in_the_lane_that_it_has_left(
+    changing: Callable[..., Ego], kind: CouplingKind, computer: tuple[bool, bool], begun: int, to_lane: int
+) -> None:
+    """Where lane coupling or car following wrote it, SUMO kept it in both lanes to the edge's end."""
+    ego = changing(begun, kind, vehicle=EGO + BEHIND)
+    lane_y_m = {"ab_0": -1.5 * WIDTH_M, "ab_1": -0.5 * WIDTH_M}
+    y_m, goal_m = ego.front[1], lane_y_m[f"ab_{to_lane}"]
+    for _ in range(50):
+        y_m += max(-0.08, min(0.08, goal_m - y_m))
+        ego.drive(ego.state.speed_mps, computer, lateral_m=y_m - lane_y_m[ego.state.lane_id])
+    assert ego.state.lane_id == f"ab_{to_lane}"
+    leaders = [(ego.libsumo.vehicle.getLeader(f"back{lane}", 150.0) or ("",))[0] for lane in (0, 1)]
+    assert leaders == ["ego" if lane == to_lane else "" for lane in (0, 1)]
+
+
+@pytest.mark.parametrize("begun", [30, 31, 33, 40])
+@pytest.mark.parametrize("speed_mps", [2.0, 4.0, 7.0])
+def test_exact_just_after_the_driver_has_ended_his_change(
+    changing: Callable[..., Ego], begun: int, speed_mps: float
+) -> None:
+    """SUMO's own heading of a slow car is off by up to 22 degrees then, and comes back over some 20 m."""
+    slow = f'<vType id="own" maxSpeed="{speed_mps}" sigma="0" length="4.4"/>'
+    slow += car("ego", 150, speed_mps, kind="own", route="ab bc")
+    ego = changing(0, CouplingKind.AUTO, vehicle=slow)
+    for _ in range(begun):
+        ego.drive(speed_mps, WORLD)
+    (x_m, y_m), speed_mps = ego.front, ego.state.speed_mps
+    for _ in range(25):
+        x_m += speed_mps * STEP_S
+        ego.world.step(place("ego", x_m, y_m, 0.0, speed_mps=speed_mps, travelled_m=speed_mps * STEP_S))
+        assert math.radians(90.0 - ego.libsumo.vehicle.getAngle("ego")) == pytest.approx(
+            0.0, abs=TOLERANCE_RAD
+        )
+
+
 def settings(ego: Ego) -> tuple[Any, ...]:
     vehicle = ego.libsumo.vehicle
     bound = "laneChangeModel.lcMaxSpeedLatStanding"
@@ -166,6 +214,8 @@ def test_nothing_of_it_stays_behind(changing: Callable[..., Ego], vehicle: str, 
     for _ in range(3):
         errors_beside(ego, 0.1, 1)
         assert settings(ego) == before
+        types = ego.libsumo.vehicletype
+        assert max(types.getMaxSpeedLat(name) for name in types.getIDList()) < 10.0  # nor in a ghost's type
     assert ego.libsumo.vehicle.getLateralSpeed("ego") == 0.0
 
 

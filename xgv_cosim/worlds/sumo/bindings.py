@@ -35,6 +35,11 @@ if TYPE_CHECKING:
     from xgv_cosim.worlds.sumo.road import SumoRoad
 
 _NONE, _FREE = np.uint8(Way.NONE), np.uint8(Way.FREE)
+_PLACED_ACROSS = np.isin(np.arange(len(Way)), (Way.FREE, Way.LANE, Way.MIRROR, Way.CAR_FOLLOWING))
+"""By ``Way``: across the lane SUMO has the vehicle where we put it, and changes no lane of its own."""
+
+_TURNED_RAD = 0.003
+"""SUMO has a vehicle along its lane that is turned no further; with a lane change it turns by degrees."""
 
 
 class Bindings:
@@ -44,6 +49,7 @@ class Bindings:
         self.bound = Roster()
         self._engine = engine
         self._step_s = step_s
+        self._road = road
         self._tables = road.tables
         self._notes: list[tuple[str, str]] = []
         self.integration = Integration.of(engine, step_s)
@@ -150,7 +156,7 @@ class Bindings:
         seen = self._seen(placement, before, rows)
         wanted = Wanted(*placement[1:])
         decided = decide(self._tables, roster, seen, wanted, self._step_s, self._standstill.period_s)
-        self._switch(placement, before, roster, seen, decided)
+        self._switch(placement, before, rows, roster, seen, decided)
         ways = self._ways(placement, before, rows, roster, seen, decided)
         self._clear_shadows(placement, roster, ways, seen)
         for way, count in enumerate(np.bincount(ways).tolist()):
@@ -160,10 +166,19 @@ class Bindings:
                 self._couplings.by_way[Way(way)].write(targets)
         self.written = Written(placement, rows, ways, decided.found, seen)
         self._show_ghosts(placement, before, rows, roster, decided)
+        if decided.may_change_lane:  # after switches and ghosts: it gives a vehicle a type of its own
+            for number in np.flatnonzero(roster["changes_lane"]).tolist():
+                self._lane_changes.quicken(placement.ids[number])
         self._switching.advance(before)
 
     def _switch(
-        self, placement: Placement, before: Snapshot, roster: Table, seen: Seen, decided: Decided
+        self,
+        placement: Placement,
+        before: Snapshot,
+        rows: IntColumn,
+        roster: Table,
+        seen: Seen,
+        decided: Decided,
     ) -> None:
         """Tell of couplings that give way, and prepare SUMO for who is written in another way than last."""
         found = decided.found
@@ -172,15 +187,14 @@ class Bindings:
                 self._notes.append((placement.ids[number], told(Yields(roster["yields"][number]))))
         if decided.may_change_lane:
             for number in np.flatnonzero(found["may_change_lane"]).tolist():
-                self._see_lane_change(placement.ids[number], roster, found, number, seen)
+                if seen.lane[number] >= 0:
+                    heading_rad = before.value("heading_rad", int(rows[number]))
+                    self._see_lane_change(placement.ids[number], roster, found, number, seen, heading_rad)
         if decided.switches or decided.may_change_lane:
             for number in np.flatnonzero(seen.is_here & (found["way"] != roster["way"])).tolist():
                 was, now = Way(roster["way"][number]), Way(found["way"][number])
                 self._switching.switch(placement.ids[number], was, now, before)
             roster["way"] = found["way"]
-        if decided.may_change_lane:  # after the switches, which may give a vehicle another type
-            for number in np.flatnonzero(found["may_change_lane"] & roster["changes_lane"]).tolist():
-                self._lane_changes.quicken(placement.ids[number])
 
     def _ways(
         self,
@@ -203,14 +217,14 @@ class Bindings:
 
     def _clear_shadows(self, placement: Placement, roster: Table, ways: UInt8Column, seen: Seen) -> None:
         """Take away what SUMO leaves in the lane beside of those who have come onto another lane."""
-        freely = (ways == _FREE) & ~roster["changes_lane"]  # only then is it known what is left
-        if not freely.any():
+        placed = _PLACED_ACROSS[ways] & ~roster["changes_lane"]  # only then is it known what is left
+        entered = np.flatnonzero(placed & (roster["cleared_lane"] != seen.lane))
+        if not len(entered):
             return
-        entered = np.flatnonzero(freely & (roster["free_lane"] != seen.lane))
         self._shadows.clear(
             [placement.ids[number] for number in entered.tolist()], seen.lane[entered].tolist()
         )
-        roster["free_lane"][freely] = seen.lane[freely]
+        roster["cleared_lane"][entered] = seen.lane[entered]
 
     def _seen(self, placement: Placement, before: Snapshot, rows: IntColumn) -> Seen:
         """Return the placed vehicles as SUMO has them before the step."""
@@ -230,14 +244,32 @@ class Bindings:
             self._ends.reached(placement, lane, next_lane, position_m),
         )
 
-    def _see_lane_change(self, vehicle_id: str, roster: Table, found: Table, number: int, seen: Seen) -> None:
-        """Place those freely whom SUMO's driver was to bring onto another lane when he lost the wheel."""
-        changes = seen.lane[number] >= 0 and self._engine.vehicle.getLateralSpeed(vehicle_id) != 0.0
+    def _see_lane_change(
+        self,
+        vehicle_id: str,
+        roster: Table,
+        found: Table,
+        number: int,
+        seen: Seen,
+        heading_rad: float,
+    ) -> None:
+        """Place those freely whom SUMO's driver was to bring onto another lane when he lost the wheel.
+
+        Who has just been brought there is turned still, as SUMO has it, and cannot be mirrored yet either.
+        """
+        changes = self._engine.vehicle.getLateralSpeed(vehicle_id) != 0.0
         roster["changes_lane"][number] = changes
         if changes:
             found["way"][number] = Way.FREE
-            roster["free_lane"][number] = -1
+            roster["cleared_lane"][number] = -1
+        ends_m = seen.position_m[number] - np.array([0.0, seen.length_m[number]])
+        lane = np.full(2, seen.lane[number])
+        line = self._road.points_ahead(lane, ends_m, np.full(2, -1, np.int64))
+        along_rad = np.arctan2(line.y_m[0] - line.y_m[1], line.x_m[0] - line.x_m[1])
+        turned_rad = (heading_rad - along_rad + np.pi) % (2.0 * np.pi) - np.pi
+        if changes or abs(turned_rad) > _TURNED_RAD:
             roster["since_change_m"][number] = 0.0
+            roster["exact_steps"][number] = 0
 
     def _stir(self, vehicle_id: str, before: Snapshot, row: int) -> None:
         self._standstill.stir(vehicle_id, *before.pose_of(row))

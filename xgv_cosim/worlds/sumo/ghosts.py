@@ -52,6 +52,14 @@ DEVICES_LEFT_OUT = (
 )
 """SUMO's devices of which a ghost has none: they write vehicles into files, or draw chance for them."""
 
+_OF_ONE_VEHICLE = "@"
+"""In the name of a type that SUMO has made for one vehicle, when somebody set something of it."""
+_MAY_CHANGE = (
+    *("Length", "Width", "Height", "MinGap", "Tau", "MaxSpeed"),
+    *("Accel", "Decel", "EmergencyDecel", "ApparentDecel"),
+)
+"""What followers expect of a vehicle, in the names of SUMO's commands."""
+
 
 def is_ghost(vehicle_id: str) -> bool:
     """Return whether an id of SUMO is a ghost's."""
@@ -175,16 +183,20 @@ class Ghosts:
 
     def _type(self, of_owner: str) -> str:
         """Return a type like the owner's, so that followers expect the same of it, without chance in it."""
-        if of_owner not in self._types:
+        types = self.engine.vehicletype
+        own = self._types.get(of_owner)
+        if own is None:
             own = self._types[of_owner] = GHOST_PREFIX + of_owner
-            types = self.engine.vehicletype
             if own not in types.getIDList():
                 types.copy(of_owner, own)
             types.setSpeedDeviation(own, 0.0)
             for device in DEVICES_LEFT_OUT:
                 types.setParameter(own, f"has.{device}.device", "false")
             types.setColor(own, (0, 0, 0, 0))
-        return self._types[of_owner]
+        elif _OF_ONE_VEHICLE in of_owner:  # a script may have set something since
+            for name in _MAY_CHANGE:
+                getattr(types, f"set{name}")(own, getattr(types, f"get{name}")(of_owner))
+        return own
 
     def _remove(self, key: tuple[str, int]) -> None:
         ghost = self._standing.pop(key)

@@ -7,7 +7,7 @@ quite left it. One who drives along a lane brakes for those.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -33,6 +33,31 @@ class OverLines(NamedTuple):
     """Front bumper along that lane."""
 
 
+class _Reaches(NamedTuple):
+    """How far one end of bodies reaches from the centre line there, positive to the left."""
+
+    left_m: FloatColumn
+    right_m: FloatColumn
+
+    @classmethod
+    def of(
+        cls,
+        road: SumoRoad,
+        lane: IntColumn,
+        position_m: FloatColumn,
+        x_m: FloatColumn,
+        y_m: FloatColumn,
+        heading_rad: FloatColumn,
+        width_m: FloatColumn,
+    ) -> Self:
+        """Return it for ends whose middle is at points beside positions along lanes."""
+        line = road.points_ahead(lane, position_m, np.full(len(lane), -1, np.int64))
+        cosine, sine = np.cos(line.heading_rad), np.sin(line.heading_rad)
+        middle_m = (y_m - line.y_m) * cosine - (x_m - line.x_m) * sine
+        half_m = 0.5 * width_m * np.abs(np.cos(heading_rad - line.heading_rad))
+        return cls(middle_m + half_m, middle_m - half_m)
+
+
 def bodies_over_lines(road: SumoRoad, snapshot: Snapshot) -> OverLines:
     """Return who reaches into a lane beside his own.
 
@@ -45,15 +70,18 @@ def bodies_over_lines(road: SumoRoad, snapshot: Snapshot) -> OverLines:
     has_beside = (to_left >= 0) | (to_right >= 0)
     rows = np.flatnonzero((lane >= 0) & has_beside[lane])
     lane, position_m = lane[rows], snapshot.lane_position_m[rows]
-    line = road.points_ahead(lane, position_m, np.full(len(rows), -1, np.int64))
-    off_x_m, off_y_m = snapshot.front_x_m[rows] - line.x_m, snapshot.front_y_m[rows] - line.y_m
-    front_m = off_y_m * np.cos(line.heading_rad) - off_x_m * np.sin(line.heading_rad)
-    turned_rad = snapshot.heading_rad[rows] - line.heading_rad
-    rear_m = front_m - snapshot.length_m[rows] * np.sin(turned_rad)
-    half_m = 0.5 * snapshot.width_m[rows] * np.abs(np.cos(turned_rad))
+    length_m, width_m = snapshot.length_m[rows], snapshot.width_m[rows]
+    heading_rad = snapshot.heading_rad[rows]
+    front_x_m, front_y_m = snapshot.front_x_m[rows], snapshot.front_y_m[rows]
+    rear_x_m, rear_y_m = (
+        front_x_m - length_m * np.cos(heading_rad),
+        front_y_m - length_m * np.sin(heading_rad),
+    )
+    front = _Reaches.of(road, lane, position_m, front_x_m, front_y_m, heading_rad, width_m)
+    rear = _Reaches.of(road, lane, position_m - length_m, rear_x_m, rear_y_m, heading_rad, width_m)
     line_m = 0.5 * road.widths_m[lane] + OVER_M
-    over_left = np.maximum(front_m, rear_m) + half_m > line_m
-    over_right = np.minimum(front_m, rear_m) - half_m < -line_m
+    over_left = np.maximum(front.left_m, rear.left_m) > line_m
+    over_right = np.minimum(front.right_m, rear.right_m) < -line_m
     found = []
     for beside, is_over in zip((to_left, to_right), (over_left, over_right), strict=True):
         chosen = np.flatnonzero(is_over & (beside[lane] >= 0))

@@ -85,7 +85,7 @@ ROSTER = np.dtype(
         ("lane", np.int64),
         ("next_lane", np.int64),
         ("road_lane", np.int64),
-        ("free_lane", np.int64),
+        ("cleared_lane", np.int64),
         ("behind_0", np.int64),
         ("behind_1", np.int64),
         ("behind_2", np.int64),
@@ -101,7 +101,7 @@ ROSTER = np.dtype(
 free coupling; ``changes_lane`` SUMO is to end a lane change of its driver in this step, for the computer has
 taken the wheel; ``exact_steps`` steps in a row in which mirroring was exact, below 0 after a refusal;
 ``rest_steps`` steps for which it has been held at rest; ``lane``, ``next_lane`` where it was seen last;
-``road_lane`` the last one that was a lane, and ``free_lane`` the one on which it was placed freely last;
+``road_lane`` the last one that was a lane, ``cleared_lane`` the one beside which SUMO has nothing of it left;
 ``behind_0`` to ``behind_3`` the lanes that it has come over, nearest first, -1: no more; ``lateral_m`` where
 its front bumper was across its lane in the step before, and ``crossing_m`` before it came onto its present
 lane; ``since_change_m`` how far it has driven since SUMO's driver changed lanes, as far as that matters.
@@ -113,7 +113,7 @@ def new_row(kind: CouplingKind) -> Table:
     row = np.zeros(1, ROSTER)
     row["kind"] = KINDS.index(kind)
     row["lane"] = row["next_lane"] = _UNSEEN
-    row["road_lane"] = row["free_lane"] = -1
+    row["road_lane"] = row["cleared_lane"] = -1
     for number in range(_LANES_BEHIND):
         row[f"behind_{number}"] = -1
     row["lateral_m"] = row["crossing_m"] = np.nan
@@ -421,10 +421,8 @@ def decide_in_place(
         any_of[_SWITCHES] |= way != row.way
         if way == Way.FREE and row.way == Way.FREE and place.position_m > tables.lanes[lane].length_m:
             row.crossing_m *= tables.leftwards  # ``moveToXY`` counts to the left in every network
-        if _by_driver(way) or not (_by_driver(row.way) or row.changes_lane):
-            row.changes_lane = False
-        else:
-            found.may_change_lane = True
+        row.changes_lane = False
+        found.may_change_lane = _by_driver(row.way) and not _by_driver(way)
         is_ours = way not in (Way.CAR_FOLLOWING, Way.WORLD_DRIVER)
         stands = is_ours and speed_mps == 0.0 and seen.speed_mps[number] == 0.0
         row.rest_steps = row.rest_steps + 1 if stands else 0

@@ -33,7 +33,7 @@ class Shadows:
         It leaves them at the centre of their lane.
 
         Args:
-            vehicle_ids: Vehicles that are placed freely in the coming step.
+            vehicle_ids: Vehicles that are placed across their lane in the coming step.
             lanes: The lane that SUMO has each of them on now, -1: none.
         """
         for name, lane in zip(vehicle_ids, lanes, strict=True):
