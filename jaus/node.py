@@ -45,6 +45,11 @@ def report_code_of(query_code: int) -> int | None:
     return query_code + 0x200 if 0xE200 <= query_code <= 0xE2FF else None
 
 
+def query_code_of(report_code: int) -> int:
+    """Return the code of the query that a report answers, see ``report_code_of``."""
+    return report_code - (0x200 if report_code >= 0xE000 else 0x2000)
+
+
 class Node:
     """One node, by itself.
 
@@ -80,6 +85,8 @@ class Node:
         self._connections = {name: connections(reports.get(name, {})) for name in components}
         self._by_id = {address.jaus_id: components[name] for name, address in self._own.items()}
         self._heartbeat = Heartbeat(begin_s=heartbeat_begin_s)
+        self.is_silent = False
+        """Set by the application: a port hands it nothing and sends nothing of it, as if it had no power."""
 
     def component_at(self, jaus_id: int) -> ComponentDescription | None:
         """Return whom a JAUS id means: for a broadcast the node manager, None for somebody else."""

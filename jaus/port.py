@@ -13,6 +13,7 @@ heartbeats, and so do peers that were named beforehand.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
@@ -72,6 +73,7 @@ class _Peer:
     framing: Framing
     heard_s: float
     is_named: bool
+    is_heard: bool = False
     clients: dict[int, Client] = field(default_factory=dict)
     """By JAUS id, so that not each message makes a new one."""
 
@@ -146,14 +148,21 @@ class Port:
         peer = self._peers.get(client.transport)
         self._post(message, client.transport, Framing.JUDP1 if peer is None else peer.framing)
 
+    def heard_s(self, transport: Hashable) -> float:
+        """Return when a message to one of the nodes came from there last, ``-inf`` for never."""
+        peer = self._peers.get(transport)
+        return peer.heard_s if peer is not None and peer.is_heard else -math.inf
+
     def datagrams_to_send(self, now_s: float) -> list[tuple[bytes, Hashable]]:
         """Return the datagrams to send now, each with where it goes."""
         self._forget_silent(now_s - self._peer_timeout_s)
         for node in self._nodes.values():
+            # Also of who is silent: what he missed is over when he speaks again.
             for client, report in node.due(now_s):
-                self.send(report, client)
+                if not node.is_silent:
+                    self.send(report, client)
             pulse = node.heartbeat(now_s)
-            if pulse is not None:
+            if pulse is not None and not node.is_silent:
                 for transport, peer in self._peers.items():
                     self._post(pulse, transport, peer.framing)
         outgoing, self._outgoing = self._outgoing, []
@@ -210,7 +219,7 @@ class Port:
         else:
             node = self._nodes.get((subsystem, number))
             nodes = () if node is None else (node,)
-        return [node for node in nodes if node.component_at(jaus_id) is not None]
+        return [node for node in nodes if not node.is_silent and node.component_at(jaus_id) is not None]
 
     def _acknowledge(self, packet: bytes, framing: Framing, source: Hashable, *, positive: bool) -> None:
         answer = acknowledgement(packet, positive=positive)
@@ -233,9 +242,9 @@ class Port:
             if len(self._peers) >= self._max_peers:
                 return False
         if peer is None:
-            self._peers[source] = _Peer(framing, now_s, is_named=False)
+            self._peers[source] = _Peer(framing, now_s, is_named=False, is_heard=True)
         else:
-            peer.framing, peer.heard_s = framing, now_s
+            peer.framing, peer.heard_s, peer.is_heard = framing, now_s, True
         return True
 
     def _forget_silent(self, since_s: float, at_most: int | None = None) -> None:

@@ -166,6 +166,16 @@ class Endpoint(Protocol):
         ...
 
     @property
+    def errors(self) -> frozenset[int]:
+        """Return the codes that are raised, warnings included (XGV-38)."""
+        ...
+
+    @property
+    def signals(self) -> Signals:
+        """Return lights and horn as the computer has them (XGV-11)."""
+        ...
+
+    @property
     def next_deadline_s(self) -> float:
         """Return when ``handle_deadline`` is due, ``inf`` for never."""
         ...

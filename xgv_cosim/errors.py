@@ -49,6 +49,10 @@ class CommandError(XgvCosimError):
     """A command value that is not a finite number, or lies outside what the vehicle accepts."""
 
 
+class LinkError(XgvCosimError):
+    """A link to stacks or clients cannot be opened."""
+
+
 class WorldError(XgvCosimError):
     """The traffic engine cannot start, is already in use, or failed during a step."""
 

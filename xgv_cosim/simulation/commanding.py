@@ -37,7 +37,7 @@ def receive(state: RunState) -> None:
         if not (vehicle.devices.hears_stack and vehicle.is_computing):
             continue  # what a lost link carried, or nobody read, is gone; it does not arrive late
         for sender, message in arrived:
-            _take_in(state, vehicle, sender, message)
+            take_in(state, vehicle, sender, message)
 
 
 def _deliver_posted(state: RunState) -> None:
@@ -48,11 +48,14 @@ def _deliver_posted(state: RunState) -> None:
             continue  # it has left the world since
         vehicle = state.vehicles[vehicle_id]
         if vehicle.devices.hears_stack and vehicle.is_computing:
-            _take_in(state, vehicle, sender, message)
+            take_in(state, vehicle, sender, message)
 
 
-def _take_in(state: RunState, vehicle: BoundVehicle, sender: JausAddress, message: StackMessage) -> None:
-    """Let a message that has arrived act, at once or when its latency is over; none overtakes another."""
+def take_in(state: RunState, vehicle: BoundVehicle, sender: JausAddress, message: StackMessage) -> None:
+    """Let a message that has arrived act, at once or when its latency is over; none overtakes another.
+
+    Whoever calls has seen to it that the vehicle hears it: its stack is connected, and it computes.
+    """
     limits, slot = state.fleet.parameters, vehicle.slot
     latency_s, jitter_s = float(limits.command_latency_s[slot]), float(limits.command_jitter_s[slot])
     if latency_s == jitter_s == 0.0:
@@ -114,7 +117,7 @@ def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) 
             case DevicesCommanded():
                 drivetrain.switch(state, vehicle, event)
             case MessageRefused():
-                _note_refusal(state, vehicle, event)
+                note_refusal(state, vehicle, type(event.message).__name__, event.reason)
             case EndpointChanged():
                 state.note(name, event.kind, event.before, event.after, event.reasons)
             case ControlPreempted():
@@ -209,9 +212,9 @@ def clear_command(command: CommandColumns, slot: int) -> None:
     command.expires_s[slot] = math.inf
 
 
-def _note_refusal(state: RunState, vehicle: BoundVehicle, refusal: MessageRefused) -> None:
+def note_refusal(state: RunState, vehicle: BoundVehicle, kind: str, reason: str) -> None:
     """Enter a refusal once for each reason and message type, until one of that type is accepted."""
-    said = (type(refusal.message).__name__, refusal.reason)
+    said = kind, reason
     if said not in vehicle.refusals:
         vehicle.refusals.add(said)
-        state.note(vehicle.vehicle_id, "command_refused", after=said[0], reasons=(refusal.reason,))
+        state.note(vehicle.vehicle_id, "command_refused", after=kind, reasons=(reason,))

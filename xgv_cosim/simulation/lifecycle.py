@@ -7,28 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from jaus.address import JausAddress
 from xgv_cosim.actuation import CouplingKind, Driver, Lateral, Longitudinal
 from xgv_cosim.errors import ScenarioError
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.plant.imperfections import draw_key
 from xgv_cosim.simulation import commanding, drivetrain, grip, reporting, requests
+from xgv_cosim.simulation.addresses import stack_address, subsystem_of
 from xgv_cosim.simulation.binding import Binding, BoundVehicle, Selector, StartKind
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.worlds.base import World
 
 STANDSTILL_MPS = 0.1
-STACK_COMPONENT = 2
-"""Component id under which a stack speaks; the subsystem and node tell stacks apart."""
-
-
-def stack_address(slot: int) -> JausAddress:
-    """Return the JAUS address of the stack that drives the vehicle in a slot.
-
-    Subsystem 255 is broadcast and 0 is reserved, so 254 stacks fit into each node number.
-    """
-    return JausAddress(slot % 254 + 1, 2 + slot // 254, STACK_COMPONENT, 1)
 
 
 def apply_couplings(state: RunState, world: World) -> None:
@@ -126,7 +116,7 @@ def bind(state: RunState, world: World, snapshot: Snapshot, vehicle_id: str, bin
         traveller=world.traveller(vehicle_id),
         slot=slot,
         binding=binding,
-        endpoint=binding.profile.new_endpoint(vehicle_id, state.now_s),
+        endpoint=binding.profile.new_endpoint(vehicle_id, state.now_s, subsystem_of(slot)),
         devices=binding.profile.new_devices(vehicle_id, state.now_s, state.transmitter(binding.transmitter)),
         link=binding.new_link(vehicle_id, stack_address(slot)) if binding.new_link else None,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -40,6 +40,10 @@ from xgv_cosim.simulation.vehicle import VehicleHandle
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.worlds.base import World
 
+if TYPE_CHECKING:
+    from xgv_cosim.links.jaus_network import JausNetwork
+    from xgv_cosim.simulation.wire import VehiclesOnTheWire
+
 
 class Simulation:
     """Bound vehicles in a world, advanced step by step.
@@ -71,6 +75,7 @@ class Simulation:
         self._contact = contact
         self._references = ReferenceGenerator()
         self._broken = False
+        self._wire: VehiclesOnTheWire | None = None
         self._ids_of_rows: tuple[str, ...] = ()
         self.snapshot: Snapshot = world.start()
         if lifecycle.bind_new(self.state, world, self._selector, self.snapshot):
@@ -138,6 +143,27 @@ class Simulation:
         """Give many cars new targets at once, see ``commanding.renew_motions``."""
         return commanding.renew_motions(self.state, slots, speed_mps, curvature_per_m, lasts_s)
 
+    def connect(self, network: JausNetwork) -> VehiclesOnTheWire:
+        """Put all bound vehicles, also those that are bound later, on a JAUS network; it is closed with us.
+
+        Clients are served at the beginning of each step, and whenever ``communicate`` is called.
+        """
+        from xgv_cosim.simulation.wire import VehiclesOnTheWire  # noqa: PLC0415 - makes every message of JAUS
+
+        self._wire = VehiclesOnTheWire(network)
+        self._wire.follow(self.state)
+        return self._wire
+
+    def communicate(self, now_s: float | None = None) -> None:
+        """Serve the clients of the network now; what they command acts at the beginning of the next step.
+
+        Args:
+            now_s: The time on the network, None: that of the simulation.
+        """
+        if self._wire is not None:
+            self._wire.exchange(self.state, self.now_s if now_s is None else now_s)
+            self._resolve_modes()
+
     def step(self) -> Snapshot:
         """Advance by one world step and return the world after it.
 
@@ -161,6 +187,8 @@ class Simulation:
         lifecycle.apply_couplings(state, self.world)
         crash.hold_released(state, self.world, self.snapshot)
         requests.apply_scheduled(state, self.world, tick)
+        if self._wire is not None:
+            self._wire.exchange(state, self.now_s)
         commanding.receive(state)
         by_computer = exchange.nobody_yet(fleet)
         while tick < end:
@@ -191,6 +219,8 @@ class Simulation:
         lifecycle.release_due(state, self.world)
         if lifecycle.bind_new(state, self.world, self._selector, snapshot):
             self._resolve_modes()  # so that a new vehicle has its modes before anybody looks
+        if self._wire is not None:
+            self._wire.follow(state)
         triggers.look(state, snapshot, self.world.road)
         views.send_observations(state, snapshot, self.world)
         state.journal.step_done(clock.tick, fleet, snapshot)
@@ -206,6 +236,8 @@ class Simulation:
         for vehicle in self.state.vehicles:
             if vehicle.link is not None:
                 vehicle.link.close()
+        if self._wire is not None:
+            self._wire.close()
         self.world.close()
 
     def __enter__(self) -> Self:

@@ -9,6 +9,7 @@ from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.endpoint import EndpointChanged
 from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.simulation import commanding
+from xgv_cosim.simulation.addresses import subsystem_of
 from xgv_cosim.simulation.binding import BoundVehicle
 from xgv_cosim.simulation.state import RunState
 
@@ -108,7 +109,8 @@ def _shut_down(state: RunState, vehicle: BoundVehicle) -> None:
 
 def _boot(state: RunState, vehicle: BoundVehicle) -> None:
     """Power the system up: it knows nothing of who controlled it, and finds its errors anew."""
-    vehicle.endpoint = vehicle.binding.profile.new_endpoint(vehicle.vehicle_id, state.now_s)
+    subsystem = subsystem_of(vehicle.slot)
+    vehicle.endpoint = vehicle.binding.profile.new_endpoint(vehicle.vehicle_id, state.now_s, subsystem)
     vehicle.endpoint.partial_mode_entered(int(state.fleet.partial_mode[vehicle.slot]))
     vehicle.raised, vehicle.drags = frozenset(), False
     for kind, mode in _modes_of(vehicle):

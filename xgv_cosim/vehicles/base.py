@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from jaus.address import ComponentId, JausAddress
+from jaus.component import ComponentStatus
 from xgv_cosim.actuation import Driver
 from xgv_cosim.columns import BoolColumn, UInt8Column, UInt16Column
-from xgv_cosim.endpoint import Endpoint, EndpointChanged
+from xgv_cosim.commands import Signals
+from xgv_cosim.endpoint import Endpoint, EndpointChanged, StackMessage
 from xgv_cosim.injection import InjectionKind, OperatorAction
+from xgv_cosim.observation import DeviceReading
 from xgv_cosim.vehicles.transmitter import Transmitter
+
+if TYPE_CHECKING:  # every message of JAUS is made when they are imported
+    from jaus.messages import Message
+    from jaus.node import Node
 
 
 class ModeInputs(NamedTuple):
@@ -66,6 +74,103 @@ class VehicleModeReport(NamedTuple):
     partial_mode: int
     """Bit 0 manual steering, bit 1 manual speed."""
     safety_devices: int
+
+
+class VehicleReadings(Protocol):
+    """What a vehicle measures and computes of itself, read when a report is made of it."""
+
+    @property
+    def time_s(self) -> float:
+        """Return the simulation time."""
+        ...
+
+    @property
+    def speed_mps(self) -> float:
+        """Return the measured forward speed (XGV-03)."""
+        ...
+
+    @property
+    def curvature_per_m(self) -> float:
+        """Return the curvature of the rear axle's path, positive counter-clockwise."""
+        ...
+
+    @property
+    def wheel_speeds_mps(self) -> tuple[float, float, float, float]:
+        """Return the speeds of front left, front right, rear left and rear right wheel."""
+        ...
+
+    @property
+    def throttle(self) -> float:
+        """Return the throttle in effect, share 0 to 1."""
+        ...
+
+    @property
+    def brake(self) -> float:
+        """Return the brake effort in effect, share 0 to 1."""
+        ...
+
+    @property
+    def steering(self) -> float:
+        """Return the share of the greatest road-wheel angle, positive counter-clockwise."""
+        ...
+
+    @property
+    def devices(self) -> DeviceReading:
+        """Return gear, engine and parking brake."""
+        ...
+
+    @property
+    def signals(self) -> Signals:
+        """Return lights and horn as the computer has them."""
+        ...
+
+    @property
+    def errors(self) -> frozenset[int]:
+        """Return the codes that are raised, warnings included."""
+        ...
+
+    @property
+    def vehicle_mode(self) -> VehicleModeReport:
+        """Return the fields of Report Vehicle Mode."""
+        ...
+
+    @property
+    def secondary_status(self) -> int:
+        """Return the vehicle-specific word of Report Component Status (XGV-46)."""
+        ...
+
+    @property
+    def component_status(self) -> Mapping[ComponentId, ComponentStatus]:
+        """Return the status of each component that has one of its own."""
+        ...
+
+    @property
+    def component_controller(self) -> Mapping[ComponentId, JausAddress | None]:
+        """Return who controls each of them, None: nobody."""
+        ...
+
+    @property
+    def component_authority(self) -> Mapping[ComponentId, int]:
+        """Return with which authority each of them is controlled, 0: nobody controls it."""
+        ...
+
+
+class VehicleOnTheWire(Protocol):
+    """One vehicle as a node of a JAUS network."""
+
+    node: Node
+
+    def command_of(self, message: Message) -> StackMessage | None:
+        """Return what a message commands, None if it is no command of this make.
+
+        Raises:
+            CommandError: Its values mean nothing.
+        """
+        ...
+
+    def clears_errors(self, message: Message) -> bool:
+        """Return whether a message asks for latched errors to be cleared (XGV-38)."""
+        ...
 
 
 class SafetyDevices(Protocol):
@@ -226,8 +331,27 @@ class VehicleProfile(Protocol):
         """Return the error code that a vehicle raises when its own controller fails."""
         ...
 
-    def new_endpoint(self, vehicle_id: str, now_s: float) -> Endpoint:
-        """Return the endpoint of a vehicle that was just powered up."""
+    def new_endpoint(self, vehicle_id: str, now_s: float, subsystem: int = 1) -> Endpoint:
+        """Return the endpoint of a vehicle that was just powered up.
+
+        Args:
+            vehicle_id: The vehicle.
+            now_s: When that was.
+            subsystem: Of its JAUS addresses, 1 to 254.
+        """
+        ...
+
+    def on_the_wire(
+        self, vehicle_id: str, subsystem: int, readings: VehicleReadings, now_s: float
+    ) -> VehicleOnTheWire | None:
+        """Return a vehicle as others on a JAUS network see it, None if it speaks no JAUS.
+
+        Args:
+            vehicle_id: The vehicle.
+            subsystem: Its subsystem number, 1 to 254.
+            readings: What it knows of itself, always of the moment at which it is read.
+            now_s: When it appears.
+        """
         ...
 
     def new_devices(

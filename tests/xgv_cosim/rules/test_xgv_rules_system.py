@@ -18,7 +18,7 @@ from xgv_cosim.injection import InjectionKind
 from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.observation import Observation
 from xgv_cosim.simulation import Simulation
-from xgv_cosim.simulation.lifecycle import stack_address
+from xgv_cosim.simulation.addresses import stack_address
 from xgv_cosim.vehicles.xgv.profile import XgvProfile
 
 PD, MPD = ComponentId.PRIMITIVE_DRIVER, ComponentId.MOTION_PROFILE_DRIVER

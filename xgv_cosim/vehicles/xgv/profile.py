@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from jaus.vehicle_mode import SafetyMode
 from xgv_cosim.actuation import Driver
@@ -15,6 +16,7 @@ from xgv_cosim.vehicles.base import (
     Resolution,
     StopSettings,
     VehicleModeReport,
+    VehicleReadings,
 )
 from xgv_cosim.vehicles.transmitter import Transmitter
 from xgv_cosim.vehicles.xgv import modes, reports, tables
@@ -23,6 +25,9 @@ from xgv_cosim.vehicles.xgv.devices import EFFECTS, XgvDevices
 from xgv_cosim.vehicles.xgv.endpoint import XgvEndpoint
 from xgv_cosim.vehicles.xgv.errors import CONTROLLER_FAILED, ERRORS
 from xgv_cosim.vehicles.xgv.settings import PauseSteering, XgvSettings
+
+if TYPE_CHECKING:
+    from xgv_cosim.vehicles.xgv.wire.node import XgvOnTheWire
 
 BOTH_MANUAL = modes.MANUAL_STEERING | modes.MANUAL_SPEED
 
@@ -74,9 +79,22 @@ class XgvProfile:
         """Return 9156, module communication: the nearest code to a controller without valid numbers."""
         return CONTROLLER_FAILED
 
-    def new_endpoint(self, vehicle_id: str, now_s: float) -> XgvEndpoint:  # noqa: ARG002 - the protocol's
+    def new_endpoint(
+        self,
+        vehicle_id: str,  # noqa: ARG002 - the protocol's
+        now_s: float,  # noqa: ARG002 - likewise
+        subsystem: int = 1,
+    ) -> XgvEndpoint:
         """Return the endpoint of a car that was just bound: nobody in control, both drivers in standby."""
-        return XgvEndpoint(self.settings)
+        return XgvEndpoint(self.settings, subsystem)
+
+    def on_the_wire(
+        self, vehicle_id: str, subsystem: int, readings: VehicleReadings, now_s: float
+    ) -> XgvOnTheWire:
+        """Return the car as a node with its six components (XGV-08)."""
+        from xgv_cosim.vehicles.xgv.wire.node import XgvOnTheWire  # noqa: PLC0415 - dear to import
+
+        return XgvOnTheWire(vehicle_id, subsystem, readings, self.settings.firmware, now_s)
 
     def new_devices(
         self, vehicle_id: str, now_s: float, transmitter: Transmitter | None = None

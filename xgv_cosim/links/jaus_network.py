@@ -1,0 +1,180 @@
+"""Vehicles on a JAUS network: the ports that they are behind, and what carries the datagrams.
+
+A port has room for 254 subsystems; who is past that is behind the next one. Datagrams travel over UDP, or
+within the process in lockstep; the nodes do not know which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from jaus.messages import UnknownMessage
+from jaus.port import DatagramRefused, Event, MessageNotSent, MessageReceived, Port
+from jaus.transports import UdpTransport
+from xgv_cosim.errors import LinkError
+
+if TYPE_CHECKING:
+    from jaus.messages import Message
+    from jaus.node import Node
+    from jaus.service_connection import Client
+
+MOST_DATAGRAMS_AT_ONCE = 10_000
+"""A port reads no more than this at one look, so that a flood cannot keep the run from going on."""
+_LOOPBACK = "127."
+
+
+class Transport(Protocol):
+    """Carries datagrams between places; ``jaus.transports`` has two, each with places of its own kind."""
+
+    @property
+    def place(self) -> Any:  # noqa: ANN401 - what it knows places by
+        """Return where it listens."""
+        ...
+
+    def receive(self, at_most: int = MOST_DATAGRAMS_AT_ONCE) -> list[tuple[bytes, Any]]:
+        """Return the datagrams that have arrived, each with where it came from."""
+        ...
+
+    def send(self, datagrams: Iterable[tuple[bytes, Any]]) -> None:
+        """Send datagrams, each to its place."""
+        ...
+
+    def close(self) -> None:
+        """Give the place back."""
+        ...
+
+
+@dataclass(slots=True)
+class WireCounts:
+    """What went over the network, and what did not."""
+
+    datagrams_received: int = 0
+    datagrams_sent: int = 0
+    refused: int = 0
+    """Datagrams, or messages of them, that are none."""
+    unknown: int = 0
+    """Messages with a code that nobody here knows."""
+    not_sent: int = 0
+    """Messages that have no form in the peer's framing."""
+    first_refusal: str = ""
+    """Why the first one was refused."""
+
+
+class _Line(NamedTuple):
+    port: Port
+    transport: Transport
+
+
+class JausNetwork:
+    """The ports of a run.
+
+    Args:
+        open_transport: Makes the transport of a port, given its number from 0 on.
+        peers: Who gets heartbeats from the beginning.
+    """
+
+    def __init__(self, open_transport: Callable[[int], Transport], peers: Iterable[Hashable] = ()) -> None:
+        self._open_transport = open_transport
+        self._peers = tuple(peers)
+        self._lines: list[_Line] = []
+        self.counts = WireCounts()
+        self._line(0)
+
+    @property
+    def places(self) -> tuple[Any, ...]:
+        """Return where its ports listen."""
+        return tuple(line.transport.place for line in self._lines)
+
+    def add(self, node: Node, number: int) -> None:
+        """Put a node behind a port, which is opened when it is first asked for.
+
+        Raises:
+            TransportError: Its place is taken, or none of this machine's.
+        """
+        self._line(number).port.add(node)
+
+    def remove(self, node: Node, number: int) -> None:
+        """Take a node away; its clients are told that their service connections end."""
+        self._lines[number].port.remove(node)
+
+    def receive(self, now_s: float) -> Iterator[MessageReceived]:
+        """Take what has arrived, and return the messages that are the vehicles' business."""
+        for line in self._lines:
+            datagrams = line.transport.receive(MOST_DATAGRAMS_AT_ONCE)
+            self.counts.datagrams_received += len(datagrams)
+            for datagram, source in datagrams:
+                line.port.receive_datagram(datagram, source, now_s)
+                yield from self._events_of(line.port)
+
+    def send(self, message: Message, client: Client, number: int) -> None:
+        """Send an addressed message to a client of a port."""
+        self._lines[number].port.send(message, client)
+
+    def heard_s(self, transport: Hashable, number: int) -> float:
+        """Return when a port last heard anything from there, ``-inf`` for never."""
+        return self._lines[number].port.heard_s(transport)
+
+    def flush(self, now_s: float) -> None:
+        """Send answers, reports and heartbeats that are due."""
+        for line in self._lines:
+            datagrams = line.port.datagrams_to_send(now_s)
+            self.counts.datagrams_sent += len(datagrams)
+            line.transport.send(datagrams)
+            while (event := line.port.next_event()) is not None:
+                self._count(event)
+
+    def close(self) -> None:
+        """Give the ports back."""
+        for line in self._lines:
+            line.transport.close()
+
+    def _line(self, number: int) -> _Line:
+        while len(self._lines) <= number:
+            transport = self._open_transport(len(self._lines))
+            self._lines.append(_Line(Port((), peers=self._peers), transport))
+        return self._lines[number]
+
+    def _events_of(self, port: Port) -> Iterator[MessageReceived]:
+        while (event := port.next_event()) is not None:
+            if isinstance(event, MessageReceived) and not isinstance(event.message, UnknownMessage):
+                yield event
+            else:
+                self._count(event)
+
+    def _count(self, event: Event) -> None:
+        """Count what is nobody's business here."""
+        match event:
+            case DatagramRefused():
+                self.counts.refused += 1
+                self.counts.first_refusal = self.counts.first_refusal or f"{event.source}: {event.reason}"
+            case MessageNotSent():
+                self.counts.not_sent += 1
+            case MessageReceived():
+                self.counts.unknown += 1
+
+
+def udp_network(
+    host: str, port: int, peers: Iterable[tuple[str, int]] = (), *, allow_network: bool = False
+) -> JausNetwork:
+    """Return a network over UDP; a second port, where it is needed, has the next number.
+
+    Args:
+        host: IPv4 address of this machine.
+        port: UDP port, 0 takes free ones.
+        peers: Who gets heartbeats from the beginning.
+        allow_network: Allow other addresses than those of the loopback.
+
+    Raises:
+        LinkError: An address is not of the loopback, and others are not allowed.
+        TransportError: The port is taken, or the address none of this machine's.
+    """
+    peers = tuple(peers)
+    for place in (host, *(name for name, _ in peers)):
+        if not (allow_network or place.startswith(_LOOPBACK)):
+            raise LinkError(
+                f"--jaus: got {place}, an address of a network, expected one of the loopback such as "
+                "127.0.0.1; a real vehicle may listen there, so add --allow-network if you mean it"
+            )
+    return JausNetwork(lambda number: UdpTransport(host, port + number if port else 0), peers)

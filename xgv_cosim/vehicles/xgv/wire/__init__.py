@@ -1,0 +1,1 @@
+"""The XGV on the wire: its JAUS messages become commands, its state becomes reports."""
