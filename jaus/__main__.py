@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -15,6 +16,18 @@ from jaus.codec import Decoded, decode
 from jaus.errors import DecodeError
 from jaus.packet import PORT, Framing, decode_packet, unpack_datagram
 from jaus.text import lines, plain
+
+
+def run() -> int:
+    """Run the command line as a process; return the exit code. Whoever stops reading has seen enough: 0."""
+    try:
+        code = main()
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # What is left in the buffer goes nowhere, instead of into a traceback when the interpreter ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return code
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -38,7 +51,7 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error("hex: expected pairs of the digits 0 to f, and spaces or colons between them")
     framing, found = decoded(data)
     if options.json:
-        sys.stdout.write(json.dumps(_document(framing, found), indent=2, ensure_ascii=False) + "\n")
+        sys.stdout.write(json.dumps(_document(framing, found), indent=2) + "\n")
     else:
         _show(found)
     return 1 if any(isinstance(message, DecodeError) for message in found) else 0
@@ -55,10 +68,12 @@ def _read(parser: argparse.ArgumentParser, path: Path, port: int, *, as_json: bo
             places = [f"{host}:{number}" for host, number in (source, destination)]
             if as_json:
                 document = {"time_s": time_s, "from": places[0], "to": places[1]} | _document(framing, found)
-                sys.stdout.write(json.dumps(document, ensure_ascii=False) + "\n")
+                sys.stdout.write(json.dumps(document) + "\n")
             else:
                 sys.stdout.write(f"{time_s:.6f} s  {places[0]} -> {places[1]}  {framing or 'no framing'}\n")
                 _show(found)
+    except BrokenPipeError:
+        raise  # It is not the file's.
     except (DecodeError, OSError) as error:
         parser.exit(1, f"{path}: {error}\n")
     return 1 if failed else 0
@@ -100,4 +115,4 @@ def _attempt(framing: Framing | None, packet: bytes) -> Decoded | DecodeError:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run())

@@ -116,7 +116,7 @@ def encode(message: Decoded) -> bytes:
     except _BAD_VALUES as error:
         raise _bad_value(message, error) from None
     header, size = message.header, len(body)
-    if header is UNADDRESSED or size > MAX_BODY_SIZE:
+    if (not header.destination_id and header == UNADDRESSED) or size > MAX_BODY_SIZE:
         return _with_header(message, body)  # Which says what is wrong.
     try:
         head = _pack_header(
@@ -134,7 +134,7 @@ def encode(message: Decoded) -> bytes:
 
 def _with_header(message: Decoded, body: bytes) -> bytes:
     header = message.header
-    if header is UNADDRESSED:
+    if header == UNADDRESSED:
         raise EncodeError(f"{_name(message)}: it has no header; address it with to(...)")
     control, sequence = len(body), header.sequence
     if control > MAX_BODY_SIZE:

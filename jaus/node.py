@@ -26,7 +26,10 @@ EVERYONE = JausAddress(255, 255, 1, 1)
 """Where heartbeats go: the node managers of all nodes."""
 
 Reporter = Callable[[int, int], Message]
-"""Takes a component and the code of a report, and returns the report with all its fields."""
+"""Takes a component and the code of a report, and returns the report with all its fields.
+
+Each time a new object: the node addresses it, and takes away the fields that nobody asked for.
+"""
 ABOUT_SERVICE_CONNECTIONS = (
     CreateServiceConnection,
     ActivateServiceConnection,
@@ -63,7 +66,8 @@ class Node:
             ``partial(ServiceConnections, max_clients=4)``.
 
     Raises:
-        LocalProtocolError: Reports of a component that the description does not have.
+        LocalProtocolError: Reports of a component that the description does not have, or one component
+            described twice: a node has one instance of each.
     """
 
     def __init__(
@@ -76,6 +80,9 @@ class Node:
         connections: Callable[[Mapping[int, int | None]], ServiceConnections] = ServiceConnections,
     ) -> None:
         components = {each.component: each for each in description.components}
+        if len(components) < len(description.components):
+            numbers = [each.component for each in description.components]
+            raise LocalProtocolError(f"node: components {numbers}, expected one instance of each")
         if strange := sorted(set(reports) - set(components)):
             raise LocalProtocolError(f"node: reports of components {strange}, expected {sorted(components)}")
         self.description = description

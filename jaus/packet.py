@@ -10,12 +10,21 @@ import struct
 from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from struct import Struct
+from typing import NamedTuple
 
 from jaus.as5669a import SAME_IN_SAE, framed, ra_packet
 from jaus.codec import Decoded, decode
 from jaus.errors import DecodeError
-from jaus.header import ACKNOWLEDGEMENT_BITS, ANSWER_BIT, HEADER_LAYOUT, HEADER_SIZE, Acknowledgement, Header
-from jaus.messages import UnknownMessage
+from jaus.header import (
+    ACKNOWLEDGEMENT_BITS,
+    ANSWER_BIT,
+    HEADER_LAYOUT,
+    HEADER_SIZE,
+    Acknowledgement,
+    DataFlag,
+    Header,
+)
+from jaus.messages import MessagePart, UnknownMessage
 
 PORT = 3794
 """The UDP port of all three framings."""
@@ -34,21 +43,54 @@ class Framing(Enum):
     """SAE JAUS: a header of another form; not every code means the same, see ``decode_packet``."""
 
 
+class Unpacked(NamedTuple):
+    """What lies in a datagram."""
+
+    framing: Framing
+    packets: list[bytes]
+    """The messages before what is wrong."""
+    flaw: str | None
+    """What is wrong, None for nothing."""
+
+
 def unpack_datagram(datagram: bytes) -> tuple[Framing, list[bytes]]:
-    """Return the framing of a datagram and its packets; zeros behind the last message of JUDP are padding.
+    """Return the framing of a datagram and its packets; in JUDP, a length of zero ends the datagram.
 
     Raises:
         DecodeError: No known framing, a message that is cut short, or header compression.
+    """
+    framing, packets, flaw = unpack_until_flaw(datagram)
+    if flaw is not None:
+        raise DecodeError(flaw)
+    return framing, packets
+
+
+def unpack_until_flaw(datagram: bytes, max_messages: int | None = None) -> Unpacked:
+    """Return the packets of a datagram that lie before the first that is none.
+
+    Args:
+        datagram: As it arrived.
+        max_messages: How many it may hold; one more is a flaw.
+
+    Raises:
+        DecodeError: No known framing.
     """
     framing = next((each for each in Framing if datagram.startswith(each.value)), None)
     if framing is None:
         raise DecodeError(
             f"datagram begins with {datagram[:8].hex(' ') or 'nothing'}, expected 01, 02 or JAUS01.0"
         )
-    packets = list(_UNPACK[framing](datagram, len(framing.value)))
-    if not packets:
-        raise DecodeError(f"{framing.name} datagram without a message")
-    return framing, packets
+    packets: list[bytes] = []
+    try:
+        for packet in _UNPACK[framing](datagram, len(framing.value)):
+            if len(packets) == max_messages:
+                return Unpacked(
+                    framing, packets, f"{framing.name} datagram: more than {max_messages} messages"
+                )
+            packets.append(packet)
+    except DecodeError as error:
+        return Unpacked(framing, packets, str(error))
+    return Unpacked(framing, packets, None if packets else f"{framing.name} datagram without a message")
 
 
 def pack_datagrams(
@@ -82,7 +124,8 @@ def decode_packet(framing: Framing, packet: bytes) -> Decoded:
     """Return what a packet says that came with ``framing``.
 
     In SAE JAUS many codes have another body than in RA. They become ``UnknownMessage``, never a message with
-    wrong values; what has the same body in both is decoded.
+    wrong values; what has the same body in both is decoded. A part of a large one says that it is one of
+    those.
 
     Raises:
         DecodeError: As with ``jaus.decode``.
@@ -90,6 +133,9 @@ def decode_packet(framing: Framing, packet: bytes) -> Decoded:
     if framing is Framing.AS5669A:
         code, header = _header_of(packet)
         if code not in SAME_IN_SAE and not header.properties_word & ANSWER_BIT:
+            flag = _data_flag_of(packet)
+            if flag:
+                return MessagePart(code, packet[HEADER_SIZE:], flag, is_sae=True, header=header)
             return UnknownMessage(code, packet[HEADER_SIZE:], header=header)
     return decode(packet)
 
@@ -126,14 +172,25 @@ def _header_of(packet: bytes) -> tuple[int, Header]:
     return code, Header.from_words(word, destination, source, sequence)
 
 
+def _data_flag_of(packet: bytes) -> DataFlag:
+    try:
+        return DataFlag(packet[_CONTROL_HIGH_BYTE] >> 4)
+    except ValueError as error:
+        raise DecodeError(f"message: {error}") from None
+
+
 def _unpack_judp1(datagram: bytes, begin: int) -> Iterator[bytes]:
-    while any(datagram[begin:]):
+    while begin < len(datagram):
         try:
             compression, length = _JUDP1_PREFIX.unpack_from(datagram, begin)
         except struct.error:
+            if not any(datagram[begin:]):
+                return
             raise DecodeError(
                 f"JUDP1 datagram: {len(datagram) - begin} bytes behind the last message"
             ) from None
+        if length == 0:  # A public client of the XGV reads until there; what lies behind is its old buffer.
+            return
         if compression:
             raise DecodeError(f"JUDP1 datagram: header compression {compression:#06x} is not supported")
         begin += _JUDP1_PREFIX.size
@@ -174,6 +231,8 @@ def _framed_opc(packet: bytes) -> bytes:
 
 
 _REQUESTED_BITS = Acknowledgement.REQUESTED << 4
+_CONTROL_HIGH_BYTE = 13
+"""Where in the header the data flag lies, in the four high bits."""
 _JUDP1_PREFIX = Struct(">HH")
 """Header compression, length."""
 _UNPACK: dict[Framing, Callable[[bytes, int], Iterator[bytes]]] = {

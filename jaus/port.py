@@ -7,8 +7,10 @@ The caller owns the socket and the clock::
     for data, destination in port.datagrams_to_send(now_s): ...
     sleep until port.next_deadline_s()
 
-A peer is where datagrams come from; answers go there, address and port. Whoever has sent a message gets
-heartbeats, and so do peers that were named beforehand.
+A peer is where datagrams come from; answers go there, address and port. Whoever has sent a message to one of
+the nodes gets heartbeats, and so do peers that were named beforehand.
+
+Nothing that arrives makes it keep more than its limits allow, and what it acknowledges, it hands out.
 """
 
 from __future__ import annotations
@@ -17,13 +19,15 @@ import math
 from collections import deque
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
-from operator import itemgetter
+from itertools import count
+from typing import Generic, TypeVar
 
 from jaus.address import BROADCAST
 from jaus.codec import Decoded, encode_parts
 from jaus.errors import DecodeError, EncodeError, LocalProtocolError
 from jaus.header import Header
 from jaus.messages import Message, MessagePart
+from jaus.messages.core import CreateServiceConnection
 from jaus.node import Node
 from jaus.packet import (
     Framing,
@@ -31,7 +35,7 @@ from jaus.packet import (
     decode_packet,
     destination_of,
     pack_datagrams,
-    unpack_datagram,
+    unpack_until_flaw,
 )
 from jaus.reassembly import Reassembly
 from jaus.service_connection import Client
@@ -48,7 +52,7 @@ class MessageReceived:
 
 @dataclass(frozen=True, slots=True)
 class DatagramRefused:
-    """A datagram, or one message of it, that is none."""
+    """A datagram, or one message of it, that is none, that nobody can have sent, or for which is no room."""
 
     source: Hashable
     reason: str
@@ -56,16 +60,65 @@ class DatagramRefused:
 
 @dataclass(frozen=True, slots=True)
 class MessageNotSent:
-    """A message that cannot go out: it has no form in the peer's framing, or a value does not fit."""
+    """A message that cannot go out: no form in the peer's framing, a bad value, or too much waits already."""
 
     destination: Hashable
     reason: str
 
 
+MAX_MESSAGES = 64
+"""How many messages a datagram may hold: a short one in, and not a flood of answers out."""
 _MISSED_HEARTBEATS_S = 5.0
 _MAX_CLIENTS_KEPT = 512
+_NO_SENDER = frozenset({0, BROADCAST})
+"""Parts of an address that nobody has."""
+_SOURCE_BYTES = slice(8, 12)
+"""Where in the header the source lies: instance, component, node, subsystem."""
 
 Event = MessageReceived | DatagramRefused | MessageNotSent
+E = TypeVar("E")
+
+
+class EventQueue(Generic[E]):
+    """Events in the order in which they happened. Notices, which strangers can cause, push out notices only.
+
+    Args:
+        max_events: How many events may wait; who fills the queue asks ``is_full`` before he takes another in.
+        max_notices: How many notices may wait; the oldest give way.
+    """
+
+    def __init__(self, max_events: int, max_notices: int) -> None:
+        self._max_events = max_events
+        self._events: deque[tuple[int, E]] = deque()
+        self._notices: deque[tuple[int, E]] = deque(maxlen=max_notices)
+        self._numbers = count()
+        self.dropped = 0
+        """How many notices gave way."""
+
+    def __len__(self) -> int:
+        """Return how many events and notices wait."""
+        return len(self._events) + len(self._notices)
+
+    @property
+    def is_full(self) -> bool:
+        """Return whether as many events wait as may."""
+        return len(self._events) >= self._max_events
+
+    def add(self, event: E) -> None:
+        """Append an event that must not get lost."""
+        self._events.append((next(self._numbers), event))
+
+    def note(self, notice: E) -> None:
+        """Append a notice, of which there may be too many."""
+        self.dropped += len(self._notices) == self._notices.maxlen
+        self._notices.append((next(self._numbers), notice))
+
+    def next(self) -> E | None:
+        """Take away and return what happened first, None when that was all."""
+        events, notices = self._events, self._notices
+        if not events or (notices and notices[0][0] < events[0][0]):
+            events = notices
+        return events.popleft()[1] if events else None
 
 
 @dataclass(slots=True)
@@ -79,15 +132,19 @@ class _Peer:
 
 
 class Port:
-    """Many nodes behind one port; give each a subsystem of its own, or a node number.
+    """Many nodes behind one port; give each a subsystem of its own: it says that it is its only node.
 
     Args:
         nodes: The nodes.
         peers: Who gets heartbeats from the beginning, in the XGV's own framing until it is heard in another.
-        peer_timeout_s: After so long a silence a peer is forgotten, with its service connections.
-        max_peers: How many may be known at once. When one more comes, the longest silent gives way if it has
-            missed five heartbeats; otherwise the new one is refused.
-        max_events: How many events may wait; the oldest give way.
+        peer_timeout_s: After so long a silence a peer is forgotten, with its service connections; one that
+            was named loses the connections, and goes on to get heartbeats.
+        max_peers: How many may be known at once. When one more comes, the longest silent of those that were
+            not named gives way if nothing came from it for five seconds; otherwise the new one is refused.
+        max_events: How many messages may wait for ``next_event``; while so many do, whatever comes is refused
+            and not acknowledged.
+        max_notices: How many other events may wait; the oldest give way.
+        max_waiting: How many datagrams may wait for one peer between two ``datagrams_to_send``.
 
     Raises:
         LocalProtocolError: Two nodes have the same subsystem and node number.
@@ -101,6 +158,8 @@ class Port:
         peer_timeout_s: float = 60.0,
         max_peers: int = 64,
         max_events: int = 10_000,
+        max_notices: int = 1_000,
+        max_waiting: int = 4096,
     ) -> None:
         self._nodes: dict[tuple[int, int], Node] = {}
         for node in nodes:
@@ -108,9 +167,19 @@ class Port:
         self._peers = {peer: _Peer(Framing.JUDP1, 0.0, is_named=True) for peer in peers}
         self._peer_timeout_s = peer_timeout_s
         self._max_peers = max_peers
-        self._events: deque[Event] = deque(maxlen=max_events)
+        self._max_waiting = max_waiting
+        self._events: EventQueue[Event] = EventQueue(max_events, max_notices)
         self._outgoing: list[tuple[bytes, Hashable]] = []
+        self._waiting: dict[Hashable, int] = {}
+        """How many of them go where."""
+        self.messages_not_sent = 0
+        """How many messages could not go out, as ``MessageNotSent`` tells of each."""
         self._reassembly: dict[Hashable, Reassembly] = {}
+
+    @property
+    def notices_dropped(self) -> int:
+        """Return how many refusals and the like gave way before anybody asked for them."""
+        return self._events.dropped
 
     def add(self, node: Node) -> None:
         """Let a node take part.
@@ -124,24 +193,36 @@ class Port:
         self._nodes[key] = node
 
     def remove(self, node: Node) -> None:
-        """Let a node leave; its clients are told that their service connections end."""
-        del self._nodes[node.description.subsystem, node.description.node]
+        """Let a node leave; its clients are told that their service connections end.
+
+        Raises:
+            LocalProtocolError: It is not here.
+        """
+        key = node.description.subsystem, node.description.node
+        if self._nodes.get(key) is not node:
+            raise LocalProtocolError(f"port: node {key[0]}.{key[1]} is not here")
+        del self._nodes[key]
         for client, message in node.terminate():
             self.send(message, client)
 
     def receive_datagram(self, datagram: bytes, source: Hashable, now_s: float) -> None:
         """Take a datagram; acknowledgements and answers wait for ``datagrams_to_send``."""
         try:
-            framing, packets = unpack_datagram(datagram)
+            framing, packets, flaw = unpack_until_flaw(datagram, MAX_MESSAGES)
         except DecodeError as error:
-            self._events.append(DatagramRefused(source, str(error)))
+            self._refuse(source, str(error))
             return
         for packet in packets:
+            if self._events.is_full:
+                self._refuse(source, "as many messages wait as may")
+                return
             self._receive_packet(packet, framing, source, now_s)
+        if flaw is not None:
+            self._refuse(source, flaw)
 
     def next_event(self) -> Event | None:
         """Return what has happened, one by one, None when that was all."""
-        return self._events.popleft() if self._events else None
+        return self._events.next()
 
     def send(self, message: Message, client: Client) -> None:
         """Send an addressed message to a client, in its framing."""
@@ -149,13 +230,15 @@ class Port:
         self._post(message, client.transport, Framing.JUDP1 if peer is None else peer.framing)
 
     def heard_s(self, transport: Hashable) -> float:
-        """Return when a message to one of the nodes came from there last, ``-inf`` for never."""
+        """Return when a message to one of the nodes came from there last, ``-inf`` if it is not known."""
         peer = self._peers.get(transport)
         return peer.heard_s if peer is not None and peer.is_heard else -math.inf
 
     def datagrams_to_send(self, now_s: float) -> list[tuple[bytes, Hashable]]:
         """Return the datagrams to send now, each with where it goes."""
-        self._forget_silent(now_s - self._peer_timeout_s)
+        for transport, peer in list(self._peers.items()):
+            if peer.is_heard and peer.heard_s < now_s - self._peer_timeout_s:
+                self._forget(transport, peer)
         for node in self._nodes.values():
             # Also of who is silent: what he missed is over when he speaks again.
             for client, report in node.due(now_s):
@@ -166,36 +249,50 @@ class Port:
                 for transport, peer in self._peers.items():
                     self._post(pulse, transport, peer.framing)
         outgoing, self._outgoing = self._outgoing, []
+        self._waiting.clear()
         return outgoing
 
     def next_deadline_s(self) -> float | None:
-        """Return when ``datagrams_to_send`` has something to send; None without nodes."""
+        """Return when ``datagrams_to_send`` has something to send: ``-inf`` for now, None without nodes."""
+        if self._outgoing:
+            return -math.inf
         return min((node.next_deadline_s() for node in self._nodes.values()), default=None)
 
     def _receive_packet(self, packet: bytes, framing: Framing, source: Hashable, now_s: float) -> None:
         nodes = self._addressed(destination_of(packet))
         if not nodes:
             return
+        if self._is_forged(packet):
+            self._refuse(source, f"nobody can send from address {_dotted(packet[_SOURCE_BYTES])}")
+            return
         try:
             message = decode_packet(framing, packet)
             if not self._knows(source, framing, now_s):
-                self._events.append(DatagramRefused(source, f"{self._max_peers} peers are known already"))
+                self._refuse(source, f"{self._max_peers} peers are known already")
                 return
             whole = self._whole(message, source)
         except DecodeError as error:
-            self._events.append(DatagramRefused(source, str(error)))
+            self._refuse(source, str(error))
             self._acknowledge(packet, framing, source, positive=False)
             return
         self._acknowledge(packet, framing, source, positive=True)
         if whole is None:
             return
+        if isinstance(whole, CreateServiceConnection) and whole.header.destination.is_broadcast:
+            self._refuse(source, "a service connection asked for of more than one component")
+            return
         client = self._client(whole.header, source)
         for node in nodes:
             answers = node.receive(whole, client, now_s) if isinstance(whole, Message) else None
             if answers is None:
-                self._events.append(MessageReceived(node, client, whole))
+                self._events.add(MessageReceived(node, client, whole))
             for each in answers or ():
                 self._post(each, source, framing)
+
+    def _is_forged(self, packet: bytes) -> bool:
+        """Return whether the source is no address, or one of this port's own nodes."""
+        parts = packet[_SOURCE_BYTES]
+        return not _NO_SENDER.isdisjoint(parts) or (parts[3], parts[2]) in self._nodes
 
     def _client(self, header: Header, source: Hashable) -> Client:
         known = self._peers[source].clients
@@ -224,38 +321,60 @@ class Port:
     def _acknowledge(self, packet: bytes, framing: Framing, source: Hashable, *, positive: bool) -> None:
         answer = acknowledgement(packet, positive=positive)
         if answer is not None:
-            self._outgoing += [(each, source) for each in pack_datagrams(framing, [answer])]
+            self._put(pack_datagrams(framing, [answer]), source)
+
+    def _refuse(self, source: Hashable, reason: str) -> None:
+        self._events.note(DatagramRefused(source, reason))
 
     def _post(self, message: Message, transport: Hashable, framing: Framing) -> None:
         try:
             datagrams = pack_datagrams(framing, encode_parts(message))
         except EncodeError as error:
-            self._events.append(MessageNotSent(transport, str(error)))
+            self._not_sent(transport, str(error))
             return
+        self._put(datagrams, transport)
+
+    def _put(self, datagrams: list[bytes], transport: Hashable) -> None:
+        waiting = self._waiting.get(transport, 0) + len(datagrams)
+        if waiting > self._max_waiting:
+            self._not_sent(transport, f"{self._max_waiting} datagrams wait for it already")
+            return
+        self._waiting[transport] = waiting
         self._outgoing += [(each, transport) for each in datagrams]
+
+    def _not_sent(self, transport: Hashable, reason: str) -> None:
+        self.messages_not_sent += 1
+        self._events.note(MessageNotSent(transport, reason))
 
     def _knows(self, source: Hashable, framing: Framing, now_s: float) -> bool:
         """Take note of a peer that sends messages; return whether there is room for it."""
         peer = self._peers.get(source)
         if peer is None and len(self._peers) >= self._max_peers:
-            self._forget_silent(now_s - _MISSED_HEARTBEATS_S, at_most=1)
-            if len(self._peers) >= self._max_peers:
+            silent = min(
+                (known for known in self._peers.items() if not known[1].is_named),
+                key=lambda known: known[1].heard_s,
+                default=None,
+            )
+            if silent is None or silent[1].heard_s >= now_s - _MISSED_HEARTBEATS_S:
                 return False
+            self._forget(*silent)
         if peer is None:
             self._peers[source] = _Peer(framing, now_s, is_named=False, is_heard=True)
         else:
             peer.framing, peer.heard_s, peer.is_heard = framing, now_s, True
         return True
 
-    def _forget_silent(self, since_s: float, at_most: int | None = None) -> None:
-        """Forget the peers that were not heard since then, the longest silent first."""
-        silent = [
-            (peer.heard_s, transport)
-            for transport, peer in self._peers.items()
-            if peer.heard_s < since_s and not peer.is_named
-        ]
-        for _, transport in sorted(silent, key=itemgetter(0))[:at_most]:
+    def _forget(self, transport: Hashable, peer: _Peer) -> None:
+        """Forget a peer with its service connections; one that was named goes on to get heartbeats."""
+        if peer.is_named:
+            peer.is_heard = False
+            peer.clients.clear()
+        else:
             del self._peers[transport]
-            self._reassembly.pop(transport, None)
-            for node in self._nodes.values():
-                node.forget(transport)
+        self._reassembly.pop(transport, None)
+        for node in self._nodes.values():
+            node.forget(transport)
+
+
+def _dotted(parts: bytes) -> str:
+    return ".".join(map(str, reversed(parts)))

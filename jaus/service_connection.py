@@ -72,7 +72,9 @@ class ServiceConnections:
         reports: Supported presence vector of each report by its code, None for a report without one.
         max_rate_hz: Greatest rate that is granted; who asks for more gets this.
         max_per_client: How many connections a client may have; one more is refused.
-        max_clients: How many clients may have connections; one more is refused.
+        max_clients_per_place: How many clients of one place may have connections, so that whoever invents
+            addresses does not lock the others out; one more is refused.
+        max_clients: How many clients may have connections altogether; one more is refused.
     """
 
     def __init__(
@@ -81,11 +83,13 @@ class ServiceConnections:
         *,
         max_rate_hz: float = MAX_RATE_HZ,
         max_per_client: int = 16,
-        max_clients: int = 16,
+        max_clients_per_place: int = 4,
+        max_clients: int = 64,
     ) -> None:
         self._reports = reports
         self._max_rate_hz = max_rate_hz
         self._max_per_client = max_per_client
+        self._max_clients_per_place = max_clients_per_place
         self._max_clients = max_clients
         self._by_client: dict[Client, dict[tuple[int, int], ServiceConnection]] = {}
         self._next_s = math.inf
@@ -180,8 +184,12 @@ class ServiceConnections:
         if message.command_code not in self._reports:
             return ServiceConnectionResponse.COMPONENT_NOT_CAPABLE
         has = len(self._by_client.get(client, {}))
-        one_too_many = has >= self._max_per_client or (not has and len(self._by_client) >= self._max_clients)
+        one_too_many = has >= self._max_per_client if has else not self._has_room(client)
         return ServiceConnectionResponse.REFUSED if one_too_many else None
+
+    def _has_room(self, newcomer: Client) -> bool:
+        of_place = sum(client.transport == newcomer.transport for client in self._by_client)
+        return of_place < self._max_clients_per_place and len(self._by_client) < self._max_clients
 
     def _change(
         self,

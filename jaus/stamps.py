@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple, Self
 
+from jaus.errors import LocalProtocolError
+
 
 class TimeStamp(NamedTuple):
     """A point in time within a month; fields named ``time_stamp`` hold its packed form."""
@@ -16,7 +18,16 @@ class TimeStamp(NamedTuple):
 
     @property
     def packed(self) -> int:
-        """Return the 32 bits on the wire."""
+        """Return the 32 bits on the wire.
+
+        Raises:
+            LocalProtocolError: There is no such time.
+        """
+        is_time = 0 <= self.hour < 24 and 0 <= self.minute < 60 and 0 <= self.second < 60
+        if not (is_time and 1 <= self.day <= 31 and 0 <= self.millisecond < 1000):
+            raise LocalProtocolError(
+                f"time stamp: got {self}, expected day 1 to 31 and a time from 00:00:00.000 to 23:59:59.999"
+            )
         clock = (self.hour << 6 | self.minute) << 6 | self.second
         return (self.day << 17 | clock) << 10 | self.millisecond
 
@@ -40,7 +51,13 @@ class DateStamp(NamedTuple):
 
     @property
     def packed(self) -> int:
-        """Return the 16 bits on the wire."""
+        """Return the 16 bits on the wire.
+
+        Raises:
+            LocalProtocolError: There is no such date.
+        """
+        if not (2000 <= self.year < 2128 and 1 <= self.month <= 12 and 1 <= self.day <= 31):
+            raise LocalProtocolError(f"date stamp: got {self}, expected 2000-01-01 to 2127-12-31")
         return (self.year - 2000 << 4 | self.month) << 5 | self.day
 
     @classmethod

@@ -66,9 +66,18 @@ def _values(message: Decoded) -> Iterator[tuple[str, str]]:
             if isinstance(value, float)
             else value.hex(" ")
             if isinstance(value, bytes)
-            else value
+            else printable(str(value))
         )
         yield path, f"{shown} ({said})" if said else f"{shown}"
+
+
+def printable(text: str) -> str:
+    """Return foreign text with its control characters escaped: a terminal shows them, and obeys none."""
+    if text.isprintable():
+        return text
+    return "".join(
+        each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text
+    )
 
 
 def _leaves(

@@ -117,6 +117,8 @@ class MessagePart:
     code: int
     body: bytes
     data_flag: DataFlag
+    is_sae: bool = field(default=False, kw_only=True)
+    """Whether its code means something else in SAE JAUS, where it comes from."""
     header: Header = field(default=UNADDRESSED, kw_only=True)
 
 

@@ -15,7 +15,7 @@ SOCKET_BUFFER_SIZE = 1 << 20
 """Bytes that may wait between two looks: some thousand datagrams."""
 
 Place = tuple[str, int]
-"""IPv4 address and UDP port."""
+"""IPv4 address and UDP port; not a name, for to look it up may take seconds."""
 
 
 class UdpTransport:
@@ -34,7 +34,8 @@ class UdpTransport:
         self._socket.setblocking(False)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SOCKET_BUFFER_SIZE)
         self.not_sent = 0
-        """How many datagrams the system did not take: its buffer was full, or no way leads there."""
+        """How many datagrams the system did not take: its buffer was full, or no way leads there, or the
+        place is none."""
         try:
             self._socket.bind((host, port))
         except (OSError, OverflowError) as error:
@@ -67,7 +68,7 @@ class UdpTransport:
         for datagram, place in datagrams:
             try:
                 self._socket.sendto(datagram, place)
-            except OSError:
+            except (OSError, OverflowError):  # The latter for a port beyond 65535.
                 self.not_sent += 1
 
     def close(self) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -135,6 +137,23 @@ def test_a_capture_is_shown_as_json(file: Path, capsys: pytest.CaptureFixture[st
     assert [document["time_s"] for document in documents] == [0.02, 0.03, 0.04]
     assert documents[0]["messages"][0]["message"] == "Resume"
     assert (documents[0]["from"], documents[0]["to"]) == ("192.168.0.5:40000", "192.168.0.100:3794")
+
+
+def test_who_reads_only_the_beginning_sees_no_traceback(tmp_path: Path) -> None:
+    """As ``python -m jaus read X | head -1``: more than a pipe holds, and a reader that goes away."""
+    path = tmp_path / "long.pcap"
+    path.write_bytes(PCAP_HEADER + 2000 * pcap_record(Captured(0.0, CLIENT, CAR, RESUME)))
+    with subprocess.Popen(
+        [sys.executable, "-W", "error", "-m", "jaus", "read", str(path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline().startswith(b"0.000000 s")
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait(timeout=30) == 0
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from copy import deepcopy
 
 import pytest
 from hypothesis import given, settings
@@ -173,6 +174,8 @@ def test_what_does_not_fit_is_told_by_name(message: Message, text: str) -> None:
 
 
 def test_a_message_without_address_is_not_encoded() -> None:
+    with pytest.raises(EncodeError, match=r"Resume: it has no header; address it with to"):
+        encode(deepcopy(Resume()))
     with pytest.raises(EncodeError, match=r"Resume: it has no header; address it with to"):
         encode(Resume())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from jaus.address import JausAddress
 from jaus.codec import decode, encode
 from jaus.controller import Acknowledged, Controller, NotAcknowledged, SubscriptionRefused
+from jaus.header import UNADDRESSED, Header
 from jaus.messages import Ack, Message
 from jaus.messages.core import (
     ConfirmServiceConnection,
@@ -24,7 +26,7 @@ from jaus.messages.platform import ReportGlobalPose, ReportVelocityState
 from jaus.messages.torc import Motion, SetMotionProfile
 from jaus.node import EVERYONE
 from jaus.packet import Framing, pack_datagrams, unpack_datagram
-from jaus.port import DatagramRefused, MessageReceived, Port
+from jaus.port import DatagramRefused, MessageNotSent, MessageReceived, Port
 from tests.jaus.test_port import MPD, PD, VSS, at, node
 
 CAR, OWN = ("127.0.0.1", 3794), ("127.0.0.1", 40000)
@@ -80,10 +82,23 @@ def pair() -> Pair:
 
 
 def test_a_command_is_sent_once_and_acknowledged(pair: Pair) -> None:
-    command = profile()
-    pair.controller.command(command, at(MPD), pair.now_s, acknowledged=True)
+    command = pair.controller.command(profile(), at(MPD), pair.now_s, acknowledged=True)
     assert pair.run(1.0) == [Acknowledged(command, positive=True)]
     assert pair.sent(SetMotionProfile) == 1
+
+
+def test_a_command_stays_the_callers(pair: Pair) -> None:
+    """It can be used again for another car at once, and changed while the first is repeated."""
+    pair.loses = lambda message: isinstance(message, Ack)
+    command = profile(5.0)
+    for subsystem in (1, 2):
+        pair.controller.command(command, at(MPD, subsystem), pair.now_s, acknowledged=True)
+    assert command.header == UNADDRESSED
+    command.motions[0].speed_mps = 1.0
+    pair.run(0.2)
+    sent = [message for message in pair.to_car if isinstance(message, SetMotionProfile)]
+    assert [message.header.destination for message in sent] == [at(MPD, 1), at(MPD, 2)] * 5
+    assert {round(message.motions[0].speed_mps) for message in sent} == {5}
 
 
 def test_a_command_without_acknowledgement_is_sent_once(pair: Pair) -> None:
@@ -95,7 +110,7 @@ def test_a_command_without_acknowledgement_is_sent_once(pair: Pair) -> None:
 def test_a_command_is_repeated_until_it_is_acknowledged(pair: Pair) -> None:
     lost = iter([True, True, False])
     pair.loses = lambda message: isinstance(message, Ack) and next(lost)
-    pair.controller.command(command := profile(), at(MPD), pair.now_s, acknowledged=True)
+    command = pair.controller.command(profile(), at(MPD), pair.now_s, acknowledged=True)
     assert pair.run(1.0) == [Acknowledged(command, positive=True)]
     assert pair.sent(SetMotionProfile) == 3
     sequences = {message.header.sequence for message in pair.to_car if isinstance(message, SetMotionProfile)}
@@ -104,7 +119,7 @@ def test_a_command_is_repeated_until_it_is_acknowledged(pair: Pair) -> None:
 
 def test_after_five_attempts_it_gives_up(pair: Pair) -> None:
     pair.loses = lambda message: isinstance(message, SetMotionProfile)
-    pair.controller.command(command := profile(), at(MPD), pair.now_s, acknowledged=True)
+    command = pair.controller.command(profile(), at(MPD), pair.now_s, acknowledged=True)
     assert pair.run(0.09) == []
     assert pair.run(1.0) == [NotAcknowledged(command)]
     assert pair.sent(SetMotionProfile) == 5
@@ -113,19 +128,57 @@ def test_after_five_attempts_it_gives_up(pair: Pair) -> None:
 def test_a_newer_command_takes_the_place_of_an_older(pair: Pair) -> None:
     """An old motion must not be repeated after a new one."""
     pair.loses = lambda message: isinstance(message, Ack)
-    pair.controller.command(profile(5.0), at(MPD), pair.now_s, acknowledged=True)
+    older = pair.controller.command(profile(5.0), at(MPD), pair.now_s, acknowledged=True)
     pair.run(0.03)
-    pair.controller.command(newer := profile(0.0), at(MPD), pair.now_s, acknowledged=True)
-    assert pair.run(1.0) == [NotAcknowledged(newer)]
+    newer = pair.controller.command(profile(0.0), at(MPD), pair.now_s, acknowledged=True)
+    assert pair.run(1.0) == [NotAcknowledged(older), NotAcknowledged(newer)]
     sequences = [message.header.sequence for message in pair.to_car if isinstance(message, SetMotionProfile)]
     assert sequences == sorted(sequences)
 
 
-def test_a_late_acknowledgement_of_an_older_command_counts_for_nothing(pair: Pair) -> None:
-    pair.controller.command(profile(5.0), at(MPD), pair.now_s, acknowledged=True)
-    pair.controller.command(profile(1.0), at(MPD), pair.now_s, acknowledged=True)
+def test_a_late_acknowledgement_of_an_older_command_counts_for_that_one(pair: Pair) -> None:
+    older = pair.controller.command(profile(5.0), at(MPD), pair.now_s, acknowledged=True)
+    newer = pair.controller.command(profile(1.0), at(MPD), pair.now_s, acknowledged=True)
     pair.loses = lambda message: isinstance(message, Ack) and message.sequence == 1
-    assert [type(event) for event in pair.run(1.0)] == [NotAcknowledged]
+    assert pair.run(1.0) == [Acknowledged(older, positive=True), NotAcknowledged(newer)]
+
+
+@pytest.mark.parametrize("is_heard", [True, False])
+def test_a_command_renewed_faster_than_its_time_out_ends_too(pair: Pair, is_heard: bool) -> None:
+    """A motion every 10 ms, acknowledgements 30 ms old or none at all; repeats are needed of none."""
+    late: list[bytes] = []
+    pair.loses = lambda message: isinstance(message, Ack) and (late.append(encode(message)) or True)
+    sent, events = [], []
+    for _ in range(100):
+        sent.append(pair.controller.command(profile(), at(MPD), pair.now_s, acknowledged=True))
+        events += pair.run(0.01)
+        if is_heard and len(late) > 3:
+            pair.controller.receive_datagram(pack_datagrams(Framing.JUDP1, [late.pop(0)])[0], CAR, pair.now_s)
+    assert pair.sent(SetMotionProfile) == 100
+    expected = [Acknowledged(each, True) if is_heard else NotAcknowledged(each) for each in sent]
+    assert len(events) >= 85
+    assert events == expected[: len(events)]
+    assert len(pair.controller._pending) <= 15
+    pair.run(1.0)
+    assert not pair.controller._pending
+    assert not pair.controller._newest
+
+
+def test_a_command_whose_number_is_given_anew_has_ended() -> None:
+    """Sequence numbers begin anew after 65535; who waits still has waited long enough."""
+    controller = Controller(ADDRESS, CAR, acknowledgement_timeout_s=1e9)
+    first = controller.command(profile(), at(MPD), 0.0, acknowledged=True)
+    controller._sequence = 0
+    controller.command(profile(), at(MPD), 0.0, acknowledged=True)
+    assert controller.next_event() == NotAcknowledged(first)
+
+
+def test_an_acknowledgement_of_another_component_counts_for_nothing(pair: Pair) -> None:
+    pair.controller.command(profile(), at(MPD), pair.now_s, acknowledged=True)
+    wrong = [Ack(0xE328, 0, header=Header(ADDRESS, at(PD))), Ack(0x0004, 0, header=Header(ADDRESS, at(MPD)))]
+    for ack in wrong:
+        pair.controller.receive_datagram(pack_datagrams(Framing.JUDP1, [encode(ack)])[0], CAR, 0.0)
+    assert pair.controller.next_event() is None
 
 
 def test_a_subscription_brings_reports_at_its_rate(pair: Pair) -> None:
@@ -168,6 +221,30 @@ def test_a_subscription_ends(pair: Pair) -> None:
     assert pair.sent(TerminateServiceConnection) == 1
 
 
+def test_another_presence_vector_ends_the_connection_before(pair: Pair) -> None:
+    pair.controller.subscribe(ReportVelocityState, at(VSS), 10.0, pair.now_s, presence_vector=1)
+    pair.run(0.5)
+    pair.controller.subscribe(ReportVelocityState, at(VSS), 20.0, pair.now_s, presence_vector=1)
+    pair.run(0.5)
+    assert pair.sent(TerminateServiceConnection) == 0
+    pair.controller.subscribe(ReportVelocityState, at(VSS), 10.0, pair.now_s, presence_vector=0x100)
+    reports = [event.message for event in pair.run(1.0) if isinstance(event, MessageReceived)]
+    assert {report.presence_vector for report in reports if isinstance(report, Message)} == {0x100}
+    assert len(reports) == pytest.approx(10, abs=1)
+    assert pair.sent(TerminateServiceConnection) == 1
+
+
+def test_a_change_of_mind_before_the_confirmation_leaves_one_connection(pair: Pair) -> None:
+    for presence_vector in (1, 0x100):
+        pair.controller.subscribe(
+            ReportVelocityState, at(VSS), 10.0, pair.now_s, presence_vector=presence_vector
+        )
+    pair.run(0.1)
+    reports = [event.message for event in pair.run(1.0) if isinstance(event, MessageReceived)]
+    assert {report.presence_vector for report in reports if isinstance(report, Message)} == {0x100}
+    assert pair.sent(TerminateServiceConnection) == 1
+
+
 def test_a_connection_that_nobody_asked_for_is_ended(pair: Pair) -> None:
     confirmed = ConfirmServiceConnection(0x4404, 3, 5.0).to(ADDRESS, source=at(VSS))
     pair.controller.receive_datagram(pack_datagrams(Framing.JUDP1, [encode(confirmed)])[0], CAR, 0.0)
@@ -201,10 +278,42 @@ def test_strangers_are_not_listened_to(pair: Pair) -> None:
     assert isinstance(pair.controller.next_event(), DatagramRefused)
 
 
+def test_refusals_push_out_no_events() -> None:
+    controller = Controller(ADDRESS, CAR, max_events=3, max_notices=5)
+    datagrams = [
+        pack_datagrams(Framing.JUDP1, [encode(ReportComponentStatus(number).to(ADDRESS, source=at(PD)))])[0]
+        for number in range(5)
+    ]
+    for datagram in datagrams:
+        controller.receive_datagram(datagram, CAR, 0.0)
+    for _ in range(100):
+        controller.receive_datagram(b"nothing", ("127.0.0.1", 666), 0.0)
+    events = []
+    while (event := controller.next_event()) is not None:
+        events.append(event)
+    kinds = [type(event) for event in events]
+    assert kinds == [MessageReceived] * 3 + [DatagramRefused] * 5
+    controller.receive_datagram(datagrams[4], CAR, 0.0)
+    assert isinstance(controller.next_event(), MessageReceived)
+
+
+def test_what_cannot_be_sent_is_told_at_once() -> None:
+    controller = Controller(ADDRESS, CAR)
+    controller.command(SetMotionProfile(version=300), at(MPD), 0.0)
+    controller.datagrams_to_send(0.0)
+    event = controller.next_event()
+    assert isinstance(event, MessageNotSent)
+    assert "SetMotionProfile.version: got 300" in event.reason
+
+
 def test_deadlines_are_those_of_what_is_waited_for(pair: Pair) -> None:
     pair.run(0.01)
     assert pair.controller.next_deadline_s() == 1.0
     pair.controller.subscribe(ReportComponentStatus, at(PD), 10.0, 0.01)
+    assert pair.controller.next_deadline_s() == -math.inf
+    pair.controller.datagrams_to_send(0.01)
     assert pair.controller.next_deadline_s() == 1.0
     pair.controller.command(Resume(), at(PD), 0.5, acknowledged=True)
+    assert pair.controller.next_deadline_s() == -math.inf
+    pair.controller.datagrams_to_send(0.5)
     assert pair.controller.next_deadline_s() == pytest.approx(0.52)

@@ -63,10 +63,47 @@ def test_an_address_knows_broadcasts() -> None:
     assert not JausAddress(254, 1, 1, 1).is_broadcast
 
 
+times = st.builds(
+    TimeStamp,
+    st.integers(1, 31),
+    st.integers(0, 23),
+    st.integers(0, 59),
+    st.integers(0, 59),
+    st.integers(0, 999),
+)
+dates = st.builds(DateStamp, st.integers(2000, 2127), st.integers(1, 12), st.integers(1, 31))
+
+
+@given(times, dates)
+def test_stamps_go_there_and_back(time: TimeStamp, date: DateStamp) -> None:
+    assert TimeStamp.from_packed(time.packed) == time
+    assert DateStamp.from_packed(date.packed) == date
+
+
 @given(st.integers(0, 2**32 - 1), st.integers(0, 2**16 - 1))
-def test_stamps_go_there_and_back(time: int, date: int) -> None:
-    assert TimeStamp.from_packed(time).packed == time
-    assert DateStamp.from_packed(date).packed == date
+def test_any_bits_of_the_wire_are_a_stamp_to_look_at(time: int, date: int) -> None:
+    assert str(TimeStamp.from_packed(time)).startswith("day ")
+    assert DateStamp.from_packed(date).year >= 2000
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        *(TimeStamp(0, 0, 0, 0, 0), TimeStamp(32, 0, 0, 0, 0), TimeStamp(1, 24, 0, 0, 0)),
+        *(TimeStamp(1, 0, 60, 0, 0), TimeStamp(1, 0, 0, 60, 0), TimeStamp(1, 0, 0, 0, 1000)),
+        *(
+            TimeStamp(1, 0, 0, 0, -1),
+            TimeStamp(1, 0, 0, -1, 0),
+            TimeStamp(1, 0, -1, 0, 0),
+            TimeStamp(1, -1, 0, 0, 0),
+        ),
+        *(DateStamp(1999, 1, 1), DateStamp(2128, 1, 1), DateStamp(2026, 0, 1), DateStamp(2026, 13, 1)),
+        *(DateStamp(2026, 1, 0), DateStamp(2026, 1, 32)),
+    ],
+)
+def test_a_stamp_that_is_none_does_not_spill_into_its_neighbours(stamp: TimeStamp | DateStamp) -> None:
+    with pytest.raises(LocalProtocolError, match=r"(time|date) stamp: got .*, expected"):
+        _ = stamp.packed
 
 
 def test_stamps_lie_as_the_standard_says() -> None:

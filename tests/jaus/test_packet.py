@@ -14,7 +14,14 @@ from jaus.messages import Ack, MessagePart, UnknownMessage
 from jaus.messages.core import ReportHeartbeatPulse, RequestComponentControl, Resume
 from jaus.messages.discovery import QueryIdentification, ReportIdentification
 from jaus.messages.events import Event
-from jaus.packet import Framing, acknowledgement, decode_packet, pack_datagrams, unpack_datagram
+from jaus.packet import (
+    Framing,
+    acknowledgement,
+    decode_packet,
+    pack_datagrams,
+    unpack_datagram,
+    unpack_until_flaw,
+)
 from jaus.reassembly import Reassembly
 from tests.jaus.golden import GOLDEN
 
@@ -74,7 +81,31 @@ def test_messages_share_a_datagram_only_while_there_is_room() -> None:
 def test_zeros_behind_the_last_judp_message_are_padding() -> None:
     """A public client sends and reads zero-filled buffers."""
     datagram = pack_datagrams(Framing.JUDP1, [RESUME, RESUME], max_messages=2)[0]
-    assert unpack_datagram(datagram + bytes(500)) == (Framing.JUDP1, [RESUME, RESUME])
+    for zeros in (1, 2, 3, 4, 500):
+        assert unpack_datagram(datagram + bytes(zeros)) == (Framing.JUDP1, [RESUME, RESUME])
+
+
+def test_a_length_of_zero_ends_a_judp_datagram() -> None:
+    """A public client of the XGV reads until there: what lies behind in its buffer is left from before."""
+    datagram = bytes.fromhex(f"{JUDP1} {RESUME.hex()} 0000 0000") + b"left from before"
+    assert unpack_datagram(datagram) == (Framing.JUDP1, [RESUME])
+    with pytest.raises(DecodeError, match="JUDP1 datagram without a message"):
+        unpack_datagram(bytes.fromhex(f"01 0000 0000 0000 0010 {RESUME.hex()}"))
+
+
+@pytest.mark.parametrize("framing", list(Framing))
+def test_what_lies_before_a_flaw_can_be_had(framing: Framing) -> None:
+    packets = [encode(ReportHeartbeatPulse().to(PD, source=CLIENT, sequence=number)) for number in range(5)]
+    (datagram,) = pack_datagrams(framing, packets, max_messages=5)
+    assert unpack_until_flaw(datagram, 5) == (framing, packets, None)
+    _, before, flaw = unpack_until_flaw(datagram[:-1])
+    assert before == packets[:4]
+    assert flaw is not None
+    assert unpack_until_flaw(datagram, 3) == (
+        framing,
+        packets[:3],
+        f"{framing.name} datagram: more than 3 messages",
+    )
 
 
 @pytest.mark.parametrize(
@@ -128,6 +159,31 @@ def test_what_means_something_else_in_sae_is_never_decoded_as_ra() -> None:
     assert message.header.destination == JausAddress(90, 1, 33, 1)
     with pytest.raises(EncodeError, match=r"0x0405: its body in SAE JAUS is another one"):
         pack_datagrams(framing, [packet])
+
+
+def test_a_large_message_that_means_something_else_in_sae_stays_in_parts() -> None:
+    """Its first part is not the whole message; put together it still is not read as RA's."""
+    head = "01010100 04020100 0544"
+    frames = [
+        f"02 00 1400 41 {head} 0100 0000 0000",
+        f"02 00 1200 81 {head} ff7f 0100",
+        f"02 00 1200 c1 {head} aabb 0200",
+    ]
+    found = [decode_packet(Framing.AS5669A, unpack_datagram(bytes.fromhex(each))[1][0]) for each in frames]
+    assert [part.data_flag for part in found if isinstance(part, MessagePart)] == [
+        *(DataFlag.FIRST, DataFlag.NORMAL, DataFlag.LAST)
+    ]
+    reassembly = Reassembly()
+    *none, whole = (reassembly.add(part) for part in found if isinstance(part, MessagePart))
+    assert none == [None, None]
+    assert isinstance(whole, UnknownMessage)
+    assert (whole.code, whole.body) == (0x4405, bytes.fromhex("0100 0000 ff7f aabb"))
+
+
+def test_a_data_flag_that_is_none_is_a_decode_error() -> None:
+    packet = bytes.fromhex("06020544012101020104020200300701 0000")
+    with pytest.raises(DecodeError, match="3 is not a valid DataFlag"):
+        decode_packet(Framing.AS5669A, packet)
 
 
 @pytest.mark.parametrize(
@@ -222,8 +278,11 @@ def test_a_message_that_fits_is_one_packet() -> None:
 def test_a_gap_drops_the_message(lost: int) -> None:
     found = parts(2000)
     reassembly = Reassembly()
-    assert [reassembly.add(part) for part in found[:lost] + found[lost + 1 :]] == [None] * 5
-    assert len(reassembly) == 0
+    assert [reassembly.add(part) for part in found[:lost]] == [None] * lost
+    with pytest.raises(DecodeError, match=f"large message 0x41f1: part {lost + 1} .*, expected part {lost} "):
+        reassembly.add(found[lost + 1])
+    assert [reassembly.add(part) for part in found[lost + 2 :]] == [None] * (4 - lost)
+    assert (len(reassembly), reassembly.dropped) == (0, 1)
     assert [reassembly.add(part) for part in parts(2000)][-1] == LARGE
 
 
@@ -243,6 +302,22 @@ def test_parts_of_two_senders_do_not_mix() -> None:
     assert [message is not None for message in both] == [False] * 4 + [True] * 2
 
 
+def test_parts_to_two_destinations_do_not_mix() -> None:
+    other = parts()
+    for part in other:
+        part.header = Header(JausAddress(1, 3, 4, 1), PD, part.header.sequence)
+    reassembly = Reassembly()
+    both = [reassembly.add(part) for pair in zip(parts(), other, strict=True) for part in pair]
+    whole = [message.header.destination for message in both if message is not None]
+    assert whole == [CLIENT, JausAddress(1, 3, 4, 1)]
+
+
+def test_a_message_that_begins_anew_takes_the_place_of_the_one_before() -> None:
+    reassembly = Reassembly()
+    assert [reassembly.add(part) for part in [parts()[0], *parts()]][-1] == LARGE
+    assert reassembly.dropped == 1
+
+
 def test_sequence_numbers_run_on_over_their_end() -> None:
     found = parts()
     for number, part in enumerate(found):
@@ -253,13 +328,17 @@ def test_sequence_numbers_run_on_over_their_end() -> None:
 
 def test_limits_bound_what_a_stranger_can_make_it_keep() -> None:
     reassembly = Reassembly(max_size=9000, max_messages=2)
-    assert [reassembly.add(part) for part in parts()] == [None] * 3
-    assert len(reassembly) == 0
+    assert [reassembly.add(part) for part in parts()[:2]] == [None] * 2
+    with pytest.raises(DecodeError, match="with 10248 bytes so far, expected part 2 and 9000 bytes at most"):
+        reassembly.add(parts()[2])
+    assert (len(reassembly), reassembly.size) == (0, 0)
     for subsystem in range(1, 6):
         (first, *_) = parts()
         first.header = Header(CLIENT, JausAddress(subsystem, 1, 33, 1))
         reassembly.add(first)
         assert len(reassembly) <= 2
+        assert reassembly.size <= 2 * 4080
+    assert reassembly.dropped == 1 + 3
 
 
 def test_a_large_message_with_a_wrong_body_is_a_decode_error() -> None:

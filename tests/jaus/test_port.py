@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import random
+from collections import Counter
 from collections.abc import Hashable
 
 import pytest
@@ -299,6 +301,32 @@ def test_who_is_silent_for_long_is_forgotten() -> None:
     assert Wire(port, OTHER).asked(QueryComponentStatus().to(at(PD), source=OWN)) != []
 
 
+def test_a_named_peer_that_is_silent_keeps_its_heartbeats_only() -> None:
+    port = Port([node(1)], peers=[CLIENT], peer_timeout_s=10.0)
+    wire = Wire(port)
+    wire.asked(create(0x4002, PD, 5.0, 0))
+    wire.now_s = 9.9
+    assert len(wire.heard()) == 1
+    assert port.heard_s(CLIENT) == 0.0
+    for step in range(1, 6):
+        found = port.datagrams_to_send(10.0 + step)
+        messages = [decode(packet) for datagram, _ in found for packet in unpack_datagram(datagram)[1]]
+        assert [type(message) for message in messages] == [ReportHeartbeatPulse]
+    assert port.heard_s(CLIENT) == -math.inf
+    assert port.next_deadline_s() == 16.0
+    wire.now_s = 15.0
+    (confirmed, report) = wire.asked(create(0x4002, PD, 5.0, 0))
+    assert isinstance(confirmed, ConfirmServiceConnection)
+    assert report.header.sequence == 0
+
+
+def test_a_named_peer_does_not_give_way() -> None:
+    port = Port([node(1)], peers=[CLIENT], max_peers=1)
+    late = Wire(port, OTHER)
+    late.now_s = 100.0
+    assert late.asked(QueryComponentStatus().to(at(PD), source=OWN)) == []
+
+
 def test_one_peer_too_many_is_refused_until_another_is_silent() -> None:
     port = Port([node(1)], max_peers=2)
     for number in range(4):
@@ -328,15 +356,123 @@ def test_beginnings_of_large_messages_from_anywhere_are_not_kept() -> None:
 
 
 def test_events_that_nobody_takes_do_not_pile_up() -> None:
-    port = Port([node(1)], max_events=10)
+    port = Port([node(1)], max_notices=10)
     for _ in range(100):
         port.receive_datagram(b"nothing", CLIENT, 0.0)
     assert len(Wire(port).events()) == 10
+    assert port.notices_dropped == 90
+
+
+def test_refusals_push_out_no_message_that_was_acknowledged() -> None:
+    port = Port([node(1)], max_events=10, max_notices=10)
+    wire = Wire(port)
+    wire.send(resume(0))
+    for number in range(100):
+        port.receive_datagram(b"nothing", number, 0.0)
+    wire.send(resume(1))
+    found = wire.events()
+    assert [type(event).__name__ for event in found] == (
+        ["MessageReceived"] + ["DatagramRefused"] * 10 + ["MessageReceived"]
+    )
+
+
+def resume(sequence: int) -> Resume:
+    return Resume().to(at(PD), source=OWN, sequence=sequence, acknowledgement=Acknowledgement.REQUESTED)
+
+
+def test_what_there_is_no_room_for_is_not_acknowledged() -> None:
+    """Its sender tries again, when the application has taken what waits."""
+    port = Port([node(1)], max_events=3)
+    wire = Wire(port)
+    wire.send(*[resume(number) for number in range(10)])
+    assert [ack.sequence for ack in wire.heard() if isinstance(ack, Ack)] == [0, 1, 2]
+    kinds = [type(event).__name__ for event in wire.events()]
+    assert kinds == ["MessageReceived"] * 3 + ["DatagramRefused"] * 2  # two datagrams of five messages
+    assert len(wire.asked(resume(3))) == 1
+
+
+def test_a_datagram_holds_so_many_messages_and_no_more(port: Port, wire: Wire) -> None:
+    packets = [encode(resume(number)) for number in range(100)]
+    (datagram,) = pack_datagrams(Framing.JUDP1, packets, max_messages=100, max_size=65_000)
+    port.receive_datagram(datagram, CLIENT, 0.0)
+    assert len(wire.heard()) == 64
+    *_, refused = found = wire.events()
+    assert len(found) == 65
+    assert refused == DatagramRefused(CLIENT, "JUDP1 datagram: more than 64 messages")
+
+
+def test_good_messages_before_a_bad_one_are_taken(port: Port, wire: Wire) -> None:
+    (datagram,) = pack_datagrams(
+        Framing.JUDP1, [encode(resume(number)) for number in range(3)], max_messages=3
+    )
+    port.receive_datagram(datagram[:-1], CLIENT, 0.0)
+    assert [ack.sequence for ack in wire.heard() if isinstance(ack, Ack)] == [0, 1]
+    assert [type(event).__name__ for event in wire.events()] == ["MessageReceived"] * 2 + ["DatagramRefused"]
+
+
+def test_what_waits_for_one_peer_is_bounded() -> None:
+    port = Port([node(1)], max_waiting=100)
+    wire = Wire(port)
+    query = encode(QueryComponentStatus().to(at(PD), source=OWN))
+    (datagram,) = pack_datagrams(Framing.JUDP1, [query] * 60, max_messages=60, max_size=65_000)
+    for _ in range(2):
+        port.receive_datagram(datagram, CLIENT, 0.0)
+    Wire(port, OTHER).send(query)
+    sent = [destination for _, destination in port.datagrams_to_send(0.0)]
+    assert (sent.count(CLIENT), sent.count(OTHER)) == (100, 2)  # for the other with a heartbeat
+    assert port.messages_not_sent == 20 + 1
+    assert wire.events()[-1] == MessageNotSent(CLIENT, "100 datagrams wait for it already")
+    wire.now_s = 0.1
+    assert len(wire.asked(QueryComponentStatus().to(at(PD), source=OWN))) == 1
+
+
+@pytest.mark.parametrize(
+    "destination", [JausAddress(255, 255, 1, 1), JausAddress(1, 1, 255, 1), JausAddress(1, 1, 1, 255)]
+)
+def test_a_service_connection_is_asked_for_of_one(wire: Wire, destination: JausAddress) -> None:
+    """One short message to all would start reports of every vehicle."""
+    assert wire.asked(CreateServiceConnection(0xE456, 50.0, 0).to(destination, source=OWN)) == []
+    (event,) = wire.events()
+    assert isinstance(event, DatagramRefused)
+    assert "more than one component" in event.reason
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        *(JausAddress(0, 2, 4, 1), JausAddress(1, 0, 4, 1), JausAddress(1, 2, 0, 1), JausAddress(1, 2, 4, 0)),
+        *(JausAddress(255, 2, 4, 1), JausAddress(1, 255, 4, 1), JausAddress(1, 2, 255, 1)),
+        *(JausAddress(1, 2, 4, 255), JausAddress(1, 1, 10, 1), JausAddress(2, 1, 99, 7)),
+    ],
+)
+def test_nobody_can_speak_as_a_broadcast_or_as_a_node_of_this_port(wire: Wire, source: JausAddress) -> None:
+    for message in (
+        Resume().to(at(PD), source=source, acknowledgement=Acknowledgement.REQUESTED),
+        CreateServiceConnection(0x4002, 50.0, 0).to(at(PD), source=source),
+    ):
+        assert wire.asked(message) == []
+        (event,) = wire.events()
+        assert event == DatagramRefused(CLIENT, f"nobody can send from address {source}")
+    assert wire.port.heard_s(CLIENT) == -math.inf
+
+
+def test_a_gap_in_a_large_message_is_told(wire: Wire) -> None:
+    first, _, last = encode_parts(Event(1, 0x4002, 0, bytes(9000)).to(at(PD), source=OWN))
+    wire.send(first, last)
+    (event,) = wire.events()
+    assert isinstance(event, DatagramRefused)
+    assert event.reason.startswith("large message 0x41f1: part 2 ")
 
 
 def test_two_nodes_cannot_have_one_address(port: Port) -> None:
     with pytest.raises(LocalProtocolError, match=r"node 2\.1 is there already"):
         port.add(node(2))
+
+
+def test_a_node_that_is_not_here_cannot_leave(port: Port) -> None:
+    for stranger in (node(3), node(2)):
+        with pytest.raises(LocalProtocolError, match=r"node [23]\.1 is not here"):
+            port.remove(stranger)
 
 
 def test_nodes_come_and_go(port: Port, wire: Wire) -> None:
@@ -372,14 +508,31 @@ def test_deadlines_are_those_of_reports_and_heartbeats(port: Port, wire: Wire) -
     assert Port([]).next_deadline_s() is None
     wire.heard()
     assert port.next_deadline_s() == 1.0
-    wire.asked(create(0x4002, PD, 10.0, 0))
+    wire.send(create(0x4002, PD, 10.0, 0))
+    assert port.next_deadline_s() == -math.inf  # the confirmation waits
+    wire.heard()
     assert port.next_deadline_s() == pytest.approx(0.1, abs=1e-3)
+
+
+def test_a_port_without_nodes_has_something_to_send_still(port: Port, wire: Wire) -> None:
+    wire.asked(create(0x4002, PD, 10.0, 0))
+    for each in list(port._nodes.values()):
+        port.remove(each)
+    assert port.next_deadline_s() == -math.inf
+    assert len(wire.heard()) == 1
+    assert port.next_deadline_s() is None
 
 
 def test_reports_of_a_component_that_is_not_there_are_a_mistake() -> None:
     description = NodeDescription(1, "SIMULATED", (ComponentDescription(1, "Node Manager"),))
     with pytest.raises(LocalProtocolError, match=r"reports of components \[33\], expected \[1\]"):
         Node(description, {33: {}}, reporter)
+
+
+def test_a_node_has_one_instance_of_each_component() -> None:
+    twice = (ComponentDescription(33, "PD"), ComponentDescription(33, "PD", instance=2))
+    with pytest.raises(LocalProtocolError, match=r"components \[33, 33\], expected one instance of each"):
+        Node(NodeDescription(1, "SIMULATED", twice), {}, reporter)
 
 
 @pytest.mark.parametrize(
@@ -397,6 +550,7 @@ def test_ten_thousand_mutated_datagrams(port: Port, wire: Wire) -> None:
         for golden in GOLDEN
         for framing in (Framing.JUDP1, Framing.OPC)
     ]
+    most_sent = 0
     for step in range(10_000):
         data = bytearray(dice.choice(datagrams))
         for _ in range(dice.randrange(4)):
@@ -405,10 +559,31 @@ def test_ten_thousand_mutated_datagrams(port: Port, wire: Wire) -> None:
             data = data[: dice.randrange(len(data))]
         port.receive_datagram(bytes(data), ("127.0.0.1", dice.randrange(100)), step * 0.01)
         if step % 50 == 0:
-            port.datagrams_to_send(step * 0.01)
-            wire.events()
+            assert_bounded(port)
+            most_sent = max(most_sent, len(port.datagrams_to_send(step * 0.01)))
+            assert len(wire.events()) <= 100
+    assert 0 < most_sent < 50 * (64 + 10)
     wire.now_s = 110.0
     assert len(wire.asked(QueryComponentStatus().to(at(PD), source=OWN))) >= 1
+
+
+def assert_bounded(port: Port) -> None:
+    """See that a port with its usual limits keeps no more than they allow."""
+    assert len(port._peers) <= 64
+    assert all(len(peer.clients) <= 512 for peer in port._peers.values())
+    assert port._reassembly.keys() <= port._peers.keys()
+    assert all(len(each) <= 4 and each.size <= 4 << 18 for each in port._reassembly.values())
+    assert sum(port._waiting.values()) == len(port._outgoing)
+    assert all(number <= 4096 for number in port._waiting.values())
+    assert len(port._events) <= 10_000 + 1_000 + len(port._nodes)
+    for node_ in port._nodes.values():
+        for connections in node_._connections.values():
+            clients = Counter(each.client for each in connections)
+            places = Counter(client.transport for client in clients)
+            assert len(clients) <= 64
+            assert all(number <= 4 for number in places.values())
+            assert all(number <= 16 for number in clients.values())
+            assert places.keys() <= port._peers.keys()
 
 
 def test_the_application_sends_by_itself(port: Port, wire: Wire) -> None:

@@ -183,6 +183,21 @@ def test_limits_refuse_one_too_many() -> None:
     assert [answer.response for answer in answers if answer] == [0, 0, refused, 0] * 2 + [refused] * 4
 
 
+def test_invented_addresses_do_not_lock_others_out() -> None:
+    """One place may have four clients; there are sixty-four at most."""
+    connections = ServiceConnections(REPORTS)
+
+    def response(subsystem: int, place: int) -> int | None:
+        answer = connections.receive(create(), Client(JausAddress(subsystem, 2, 4, 1), place), 0.0)
+        return None if answer is None else answer.response
+
+    refused = ServiceConnectionResponse.REFUSED
+    assert [response(number, 0) for number in range(1, 17)] == [0] * 4 + [refused] * 12
+    assert [response(1, place) for place in range(1, 62)] == [0] * 60 + [refused]
+    assert response(4, 0) == 0  # who has one may ask again
+    assert len(list(connections)) == 64
+
+
 def test_a_client_that_is_gone_is_forgotten() -> None:
     connections = ServiceConnections(REPORTS, max_clients=1)
     connections.receive(create(), CLIENT, 0.0)

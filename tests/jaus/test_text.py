@@ -17,7 +17,7 @@ from jaus.codec import encode, encode_parts
 from jaus.header import Acknowledgement, Header
 from jaus.messages import MESSAGES, Ack, Message, UnknownMessage
 from jaus.messages.core import CreateServiceConnection, ReportTime, Resume
-from jaus.messages.discovery import ComponentEntry, NodeEntry, ReportConfiguration
+from jaus.messages.discovery import ComponentEntry, NodeEntry, ReportConfiguration, ReportIdentification
 from jaus.messages.events import CreateEvent
 from jaus.messages.torc import Horn, ReportErrorCount, SetSignals
 from jaus.packet import Framing, pack_datagrams
@@ -109,6 +109,18 @@ def test_every_message_has_text_and_json(kind: type[Message], data: st.DataObjec
 def test_json_has_no_word_for_infinity() -> None:
     message = CreateEvent(1, 0x4404, 1, upper_limit=(7, float("inf"))).to(OWN, source=CLIENT)
     assert "Infinity" not in json.dumps(plain(message))
+
+
+def test_foreign_text_does_not_reach_the_terminal_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    """A name may hold an escape sequence, or a line that looks like one of ours."""
+    name = "a\x1b[2J\nb\x9b1m\x7f\xad\xe9"
+    message = ReportIdentification(2, 0, 10001, name).to(CLIENT, source=OWN)
+    assert lines(message)[-1] == "  identification: a\\x1b[2J\\nb\\x9b1m\\x7f\\xad\xe9"
+    assert main(["decode", "--json", encode(message).hex()]) == 0
+    shown = capsys.readouterr().out
+    assert json.loads(shown)["messages"][0]["fields"]["identification"] == name
+    assert shown.replace("\n", "").isascii()
+    assert shown.replace("\n", "").isprintable()
 
 
 def test_a_datagram_with_several_messages_is_decoded(capsys: pytest.CaptureFixture[str]) -> None:
