@@ -26,21 +26,25 @@ from jaus.status import ComponentStatus
 
 if TYPE_CHECKING:
     from jaus.codec import decode, encode, encode_parts
-    from jaus.controller import Controller
+    from jaus.controller import Acknowledged, Controller, NotAcknowledged, SubscriptionRefused
     from jaus.messages import Ack, Message, MessagePart, UnknownMessage
     from jaus.node import Node
     from jaus.packet import Framing, acknowledgement, decode_packet, pack_datagrams, unpack_datagram
-    from jaus.port import Port
+    from jaus.port import DatagramRefused, MessageNotSent, MessageReceived, Port
     from jaus.reassembly import Reassembly
+    from jaus.service_connection import Client
 
 __all__ = [
     "Ack",
+    "Acknowledged",
     "Acknowledgement",
+    "Client",
     "Component",
     "ComponentId",
     "ComponentStatus",
     "Controller",
     "DataFlag",
+    "DatagramRefused",
     "DecodeError",
     "EncodeError",
     "Framing",
@@ -49,14 +53,18 @@ __all__ = [
     "JausError",
     "LocalProtocolError",
     "Message",
+    "MessageNotSent",
     "MessagePart",
     "MessageProperties",
+    "MessageReceived",
     "Node",
+    "NotAcknowledged",
     "Port",
     "ProtocolError",
     "Reassembly",
     "RemoteProtocolError",
     "StatusCommand",
+    "SubscriptionRefused",
     "TransportError",
     "UnknownMessage",
     "acknowledgement",
@@ -75,9 +83,12 @@ _LAZY = {
     **dict.fromkeys(
         ("Framing", "acknowledgement", "decode_packet", "pack_datagrams", "unpack_datagram"), "jaus.packet"
     ),
-    "Controller": "jaus.controller",
+    **dict.fromkeys(
+        ("Acknowledged", "Controller", "NotAcknowledged", "SubscriptionRefused"), "jaus.controller"
+    ),
+    **dict.fromkeys(("DatagramRefused", "MessageNotSent", "MessageReceived", "Port"), "jaus.port"),
+    "Client": "jaus.service_connection",
     "Node": "jaus.node",
-    "Port": "jaus.port",
     "Reassembly": "jaus.reassembly",
 }
 

@@ -22,7 +22,8 @@ _HEADER = Struct("<BHBIIH")
 """Type and header compression, length, control, destination, source, command code."""
 _RA_DATA_FLAGS = (DataFlag.SINGLE, DataFlag.FIRST, DataFlag.NORMAL, DataFlag.LAST)
 """By the data flag of AS5669A."""
-_DATA_FLAGS = {flag: number for number, flag in enumerate(_RA_DATA_FLAGS)} | {DataFlag.RETRANSMITTED: 2}
+_DATA_FLAGS: dict[int, int] = {flag.value: number for number, flag in enumerate(_RA_DATA_FLAGS)}
+_DATA_FLAGS[DataFlag.RETRANSMITTED.value] = 2
 _BROADCAST_PART = 255
 _BROADCAST_SUBSYSTEM = 0xFFFF
 
@@ -66,16 +67,19 @@ def framed(packet: bytes) -> bytes:
     """Return an RA packet framed as AS5669A has it.
 
     Raises:
-        EncodeError: The body would mean something else in SAE JAUS.
+        EncodeError: The body would mean something else in SAE JAUS, or the data flag is none.
     """
     word, code, destination, source, size, sequence = HEADER_LAYOUT.unpack_from(packet)
     if code not in SAME_IN_SAE and not word & ANSWER_BIT:
         raise EncodeError(f"message {code:#06x}: its body in SAE JAUS is another one, not declared here")
+    flag = _DATA_FLAGS.get(size >> 12)
+    if flag is None:
+        raise EncodeError(f"message {code:#06x}: got data flag {size >> 12}, expected {[*_DATA_FLAGS]}")
     priority = max(0, min(3, (word & 15) // 3 - 1))
     everywhere = destination >> 24 == _BROADCAST_PART
     several = _BROADCAST_PART in (destination >> 16 & 0xFF, destination >> 8 & 0xFF)
     broadcast = 2 if everywhere else 1 if several else 0
-    control = priority | broadcast << 2 | word & 0x30 | _DATA_FLAGS[DataFlag(size >> 12)] << 6
+    control = priority | broadcast << 2 | word & 0x30 | flag << 6
     body = packet[HEADER_SIZE:]
     length = _HEADER.size + len(body) + 2
     header = _HEADER.pack(0, length, control, _sae_id(destination), _sae_id(source), code)

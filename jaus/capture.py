@@ -1,7 +1,7 @@
 """Captures: datagrams with their time and addresses, in the pcap format that Wireshark opens and writes.
 
-Bytes in and out, no files: write ``PCAP_HEADER`` once, then ``pcap_record`` for each datagram. Of what others
-have captured, UDP over IPv4 is read, from Ethernet or bare.
+``Recorder`` writes a file; what it is made of are bytes: ``PCAP_HEADER`` once, then ``pcap_record`` for each
+datagram. Of what others have captured, UDP over IPv4 is read, from Ethernet or bare.
 """
 
 from __future__ import annotations
@@ -9,7 +9,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 from ipaddress import IPv4Address
-from typing import NamedTuple
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple, Self
 
 from jaus.errors import DecodeError, EncodeError
 
@@ -59,6 +61,48 @@ def pcap_record(captured: Captured) -> bytes:
     except (struct.error, ValueError, OverflowError) as error:
         raise EncodeError(f"record of a capture: {error}") from None
     return head + ip + udp + captured.datagram
+
+
+class Recorder:
+    """A capture under way: a file that has each datagram from its recording on, in whole records.
+
+    Args:
+        path: The file; what it held is lost.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("wb", buffering=0)
+        self._file.write(PCAP_HEADER)
+
+    def record(self, datagram: bytes, source: Place, destination: Place, time_s: float) -> None:
+        """Append a datagram.
+
+        Args:
+            datagram: As it was sent or received.
+            source: From where.
+            destination: To where.
+            time_s: Seconds since 1970, or since the beginning of a simulation.
+
+        Raises:
+            EncodeError: As with ``pcap_record``; nothing is written.
+            OSError: The file cannot be written.
+        """
+        self._file.write(pcap_record(Captured(time_s, source, destination, datagram)))
+
+    def close(self) -> None:
+        """End the file; a second time does nothing."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
 
 def read_pcap(data: bytes) -> Iterator[Captured]:

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from jaus.__main__ import main
-from jaus.capture import PCAP_HEADER, Captured, pcap_record, read_pcap
+from jaus.capture import PCAP_HEADER, Captured, Recorder, pcap_record, read_pcap
 from jaus.errors import DecodeError, EncodeError
 from jaus.packet import Framing, pack_datagrams
 from tests.jaus.golden import GOLDEN
@@ -106,6 +106,23 @@ def test_any_bytes_are_a_capture_or_a_decode_error(data: bytes) -> None:
         list(read_pcap(PCAP_HEADER + data))
     except DecodeError:
         return
+
+
+def test_a_recorder_writes_what_is_read(tmp_path: Path) -> None:
+    """Each datagram is there as soon as it is recorded; one that has no form leaves the file whole."""
+    path = tmp_path / "drive.pcap"
+    path.write_bytes(b"from before")
+    with Recorder(path) as recorder:
+        assert list(read_pcap(path.read_bytes())) == []
+        recorder.record(RESUME, CLIENT, CAR, 0.02)
+        with pytest.raises(EncodeError, match="record of a capture"):
+            recorder.record(RESUME, ("localhost", 1), CAR, 0.03)
+        assert list(read_pcap(path.read_bytes())) == [Captured(0.02, CLIENT, CAR, RESUME)]
+        recorder.record(b"", CAR, CLIENT, 1.5)
+    recorder.close()
+    assert list(read_pcap(path.read_bytes()))[1:] == [Captured(1.5, CAR, CLIENT, b"")]
+    with pytest.raises(ValueError, match="closed"):
+        recorder.record(RESUME, CLIENT, CAR, 2.0)
 
 
 @pytest.fixture

@@ -184,6 +184,8 @@ def test_a_data_flag_that_is_none_is_a_decode_error() -> None:
     packet = bytes.fromhex("06020544012101020104020200300701 0000")
     with pytest.raises(DecodeError, match="3 is not a valid DataFlag"):
         decode_packet(Framing.AS5669A, packet)
+    with pytest.raises(EncodeError, match="0x0004: got data flag 3, expected"):
+        pack_datagrams(Framing.AS5669A, [RESUME[:13] + b"\x30" + RESUME[14:]])
 
 
 @pytest.mark.parametrize(

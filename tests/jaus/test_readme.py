@@ -12,6 +12,7 @@ import pytest
 
 import jaus
 from jaus.__main__ import main
+from jaus.address import JausAddress
 from jaus.messages.core import ConfirmComponentControl, RequestComponentControl, Resume
 from jaus.messages.torc import SetMotionProfile
 from jaus.packet import Framing, decode_packet, pack_datagrams, unpack_datagram
@@ -21,7 +22,10 @@ PAGE = Path(jaus.__file__).with_name("README.md")
 
 
 def test_the_client_drives_a_peer() -> None:
-    """At most 15 lines, over a real socket on loopback; only the port is another one."""
+    """At most 15 lines, over a real socket on loopback; only the port is another one.
+
+    Both drivers have to be ready, or the car does not move (XGV-23).
+    """
     (client,) = python_blocks(PAGE)
     assert len([line for line in client.splitlines() if line.strip()]) <= 15
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as car:
@@ -32,7 +36,7 @@ def test_the_client_drives_a_peer() -> None:
             [sys.executable, "-W", "error", "-c", code], stdout=subprocess.PIPE, text=True
         ) as process:
             heard = []
-            for _ in range(3):
+            for _ in range(4):
                 datagram, peer = car.recvfrom(65535)
                 framing, (packet,) = unpack_datagram(datagram)
                 heard.append(decode_packet(framing, packet))
@@ -40,7 +44,13 @@ def test_the_client_drives_a_peer() -> None:
             answer = jaus.encode(ConfirmComponentControl().to(asker, source=own))
             car.sendto(pack_datagrams(Framing.JUDP1, [answer])[0], peer)
             shown, _ = process.communicate(timeout=30)
-    assert [type(message) for message in heard] == [RequestComponentControl, Resume, SetMotionProfile]
+    profiles, primitive = JausAddress(1, 1, 10, 1), JausAddress(1, 1, 33, 1)
+    assert [(type(message), message.header.destination) for message in heard] == [
+        (RequestComponentControl, profiles),
+        (Resume, primitive),
+        (Resume, profiles),
+        (SetMotionProfile, profiles),
+    ]
     assert process.returncode == 0
     assert shown.startswith("ConfirmComponentControl(")
     assert "response=0" in shown
