@@ -9,6 +9,13 @@ import typer
 
 from xgv_cosim.cli.app import app
 from xgv_cosim.cli.exit_codes import EXIT_EXPECTATION_FAILED, EXIT_INTERRUPTED, EXIT_OK
+from xgv_cosim.cli.jaus_options import (
+    AllowNetwork,
+    JausPeers,
+    JausPlace,
+    jaus_options,
+    print_subsystem,
+)
 from xgv_cosim.cli.progress import progress_of, working_on
 from xgv_cosim.cli.scenario_options import BindRows, InjectionRows, KeepStep, Overrides, ScenarioName
 from xgv_cosim.cli.summary import print_summary
@@ -34,12 +41,16 @@ def run(
         float | None,
         typer.Option(min=0, metavar="MS", help="Wall time of a step in the window; default: real time."),
     ] = None,
+    jaus: JausPlace = None,
+    jaus_peer: JausPeers = None,
+    allow_network: AllowNetwork = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
     """Run a scenario and write its run folder with report.html; headless, unless --gui asks for a window.
 
     A SUMO configuration needs no scenario file: it is run from its begin to its end (300 s if it names
-    none), with the vehicles of --bind bound and the events of --inject.
+    none), with the vehicles of --bind bound and the events of --inject. With --jaus it goes on in real time,
+    and clients that speak JAUS can drive the vehicles.
     """
     from xgv_cosim.entry import default_folder  # noqa: PLC0415 - engines are dear to import
     from xgv_cosim.reports import write_report  # noqa: PLC0415 - likewise drawing
@@ -51,8 +62,16 @@ def run(
     loaded = load_scenario(scenario, chosen, bind=bind or (), inject=inject or (), keep_step=keep_step)
     window = WindowOptions(gui_delay) if gui else None
     folder = out if out is not None else default_folder(loaded)
+    network = jaus_options(jaus, jaus_peer or (), allow_network=allow_network)
     with progress_of(loaded.name, quiet=quiet) as progress:
-        result = run_scenario(loaded, folder, progress=progress, window=window)
+        result = run_scenario(
+            loaded,
+            folder,
+            progress=progress,
+            window=window,
+            jaus=network,
+            announce=None if quiet else print_subsystem,
+        )
     with working_on("drawing report.html", quiet=quiet):
         write_report(folder)
     if not quiet:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from jaus.errors import TransportError
 from jaus.messages import UnknownMessage
 from jaus.port import DatagramRefused, Event, MessageNotSent, MessageReceived, Port
 from jaus.transports import UdpTransport
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 MOST_DATAGRAMS_AT_ONCE = 10_000
 """A port reads no more than this at one look, so that a flood cannot keep the run from going on."""
 _LOOPBACK = "127."
+STANDARD_PORT = 3794
+"""UDP port of JAUS (XGV-56)."""
 
 
 class Transport(Protocol):
@@ -155,26 +158,42 @@ class JausNetwork:
                 self.counts.unknown += 1
 
 
-def udp_network(
-    host: str, port: int, peers: Iterable[tuple[str, int]] = (), *, allow_network: bool = False
-) -> JausNetwork:
-    """Return a network over UDP; a second port, where it is needed, has the next number.
-
-    Args:
-        host: IPv4 address of this machine.
-        port: UDP port, 0 takes free ones.
-        peers: Who gets heartbeats from the beginning.
-        allow_network: Allow other addresses than those of the loopback.
+@dataclass(frozen=True, slots=True)
+class JausOptions:
+    """Where a run is to be reached by clients that speak JAUS.
 
     Raises:
         LinkError: An address is not of the loopback, and others are not allowed.
-        TransportError: The port is taken, or the address none of this machine's.
     """
-    peers = tuple(peers)
-    for place in (host, *(name for name, _ in peers)):
-        if not (allow_network or place.startswith(_LOOPBACK)):
-            raise LinkError(
-                f"--jaus: got {place}, an address of a network, expected one of the loopback such as "
-                "127.0.0.1; a real vehicle may listen there, so add --allow-network if you mean it"
-            )
-    return JausNetwork(lambda number: UdpTransport(host, port + number if port else 0), peers)
+
+    host: str = "127.0.0.1"
+    """IPv4 address of this machine."""
+    port: int = STANDARD_PORT
+    """UDP port, 0 takes a free one; a second port, where it is needed, has the next number."""
+    peers: tuple[tuple[str, int], ...] = ()
+    """Who gets heartbeats from the beginning."""
+    allow_network: bool = False
+    """Allow other addresses than those of the loopback."""
+
+    def __post_init__(self) -> None:
+        for place in (self.host, *(name for name, _ in self.peers)):
+            if not (self.allow_network or place.startswith(_LOOPBACK)):
+                raise LinkError(
+                    f"--jaus: got {place}, an address of a network, expected one of the loopback such as "
+                    "127.0.0.1; a real vehicle may listen there, so add --allow-network if you mean it"
+                )
+
+    def open(self) -> JausNetwork:
+        """Return the network, its first port open.
+
+        Raises:
+            LinkError: The port is taken, or the address is none of this machine's.
+        """
+
+        def transport(number: int) -> UdpTransport:
+            try:
+                return UdpTransport(self.host, self.port + number if self.port else 0)
+            except TransportError as error:
+                raise LinkError(f"--jaus: {error}") from None
+
+        return JausNetwork(transport, self.peers)

@@ -6,6 +6,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from xgv_cosim.errors import ReplayError
 from xgv_cosim.recording import TRACE, TraceDifference, first_difference
 from xgv_cosim.runs.lock import read_lock
 from xgv_cosim.runs.result import RunStatus, read_result
@@ -38,12 +39,17 @@ def replay(folder: Path, progress: Progress | None = None) -> Replay:
     """Run the scenario of ``folder`` again, as long as the record goes, and compare step by step.
 
     Raises:
-        ReplayError: The folder is not a run folder.
+        ReplayError: The folder is not a run folder, or clients on a network had a part in the run.
         WorldError: SUMO cannot start.
         KeyboardInterrupt: Ctrl-C; a replay that was cut short says nothing about the record.
     """
     lock = read_lock(folder)
     recorded = read_result(folder)
+    if recorded.get("jaus") is not None:
+        raise ReplayError(
+            f"{folder}: clients on a network had a part in this run (--jaus), in their own time; what they "
+            "did is not recorded, so it cannot be run again. Its events and trajectories are in the folder."
+        )
     with tempfile.TemporaryDirectory(prefix="xgv-cosim-replay-") as scratch:
         target = Path(scratch) / "run"
         again = run_scenario(lock.scenario, target, progress=progress, num_steps=int(recorded["num_steps"]))

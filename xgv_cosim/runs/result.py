@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from xgv_cosim.runs.versions import recorded_versions
 from xgv_cosim.runs.warnings import warnings_of
 from xgv_cosim.scenario.building import profile_of
 from xgv_cosim.scenario.model import Scenario
+
+if TYPE_CHECKING:
+    from xgv_cosim.links.jaus_network import WireCounts
 
 
 class RunStatus(StrEnum):
@@ -56,6 +59,8 @@ class RunOutcome:
     """Who has stood for long at the end, and for how long, for no reason that the run knows."""
     notes: tuple[str, ...] = ()
     """The traffic engine's own warnings."""
+    wire: WireCounts | None = None
+    """What went over the network; None without one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +125,7 @@ def result_of(
             *standing.warning_of(outcome.standing),
         ],
         "notes": list(outcome.notes),
+        "jaus": None if outcome.wire is None else asdict(outcome.wire),
         "assumptions": assumption_rows(scenario, events),
     }
     return RunResult(folder, status, data)

@@ -6,20 +6,26 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from xgv_cosim.clock import tick_at_or_after
-from xgv_cosim.errors import RecordingError, XgvCosimError
+from xgv_cosim.errors import RecordingError, ScenarioError, XgvCosimError
 from xgv_cosim.metrics import Watch
 from xgv_cosim.recording import Recorder, prepare_run_folder
 from xgv_cosim.recording.disk import fail
 from xgv_cosim.runs.interrupts import InterruptsBetweenSteps
 from xgv_cosim.runs.lock import write_lock
+from xgv_cosim.runs.pacing import RealTime
 from xgv_cosim.runs.result import RunOutcome, RunResult, RunStatus, result_of, write_result
 from xgv_cosim.runs.standing import unexplained
 from xgv_cosim.scenario.building import ScenarioSimulation, WindowOptions, build, named_vehicles, profile_of
 from xgv_cosim.scenario.files import require_files
 from xgv_cosim.scenario.model import Scenario
 from xgv_cosim.simulation import Simulation
+
+if TYPE_CHECKING:
+    from xgv_cosim.links.jaus_network import JausOptions
+    from xgv_cosim.simulation.wire import Announce
 
 Progress = Callable[[float, float], None]
 """Called after each world step with (simulated seconds, seconds of the whole run)."""
@@ -32,6 +38,8 @@ def run_scenario(
     progress: Progress | None = None,
     num_steps: int | None = None,
     window: WindowOptions | None = None,
+    jaus: JausOptions | None = None,
+    announce: Announce | None = None,
 ) -> RunResult:
     """Run a scenario and return its result; the folder holds everything but the report.
 
@@ -45,9 +53,12 @@ def run_scenario(
         num_steps: End after this many world steps rather than after ``duration_s``, which counts as whole
             world steps, the last one begun included.
         window: Show the run in a window of sumo-gui.
+        jaus: Let clients that speak JAUS reach every bound vehicle; the run then goes on in real time.
+        announce: Told of each vehicle that they can reach: its id, its subsystem number, place of its port.
 
     Raises:
         ScenarioError: Something the scenario names does not exist or cannot be done.
+        LinkError: The port for clients cannot be opened.
         WorldError: SUMO cannot start or failed.
         RecordingError: The folder cannot be written.
 
@@ -56,6 +67,7 @@ def run_scenario(
     has been written, with ``result.json`` of status ``error``, as far as the disk takes it.
     """
     require_files(scenario)
+    _require_a_way_in(scenario, jaus)
     prepare_run_folder(folder)
     try:
         write_lock(scenario, folder)
@@ -73,7 +85,12 @@ def run_scenario(
             road = simulation.world.road
             recorder.use_road(road)
             outcome.lane_ids, outcome.rows_met = road.lane_ids, simulation.rows_met
-            _advance(simulation, scenario, wanted, outcome, progress)
+            real_time = None
+            if jaus is not None:
+                network = jaus.open()
+                simulation.connect(network, announce, lockstep=False)
+                real_time, outcome.wire = RealTime(simulation.communicate), network.counts
+            _advance(simulation, scenario, wanted, outcome, progress, real_time)
             outcome.standing = unexplained(simulation, watch.standing.lasts_s())
     except KeyboardInterrupt:
         outcome.status = RunStatus.INTERRUPTED
@@ -108,8 +125,23 @@ def _watched(scenario: Scenario) -> set[str]:
     return expected.union(*(named_vehicles(row.vehicles) for row in scenario.injections))
 
 
+def _require_a_way_in(scenario: Scenario, jaus: JausOptions | None) -> None:
+    """Refuse a scenario whose vehicles wait for a client that cannot reach them."""
+    waiting = [number for number, row in enumerate(scenario.bind) if row.stack == "external"]
+    if waiting and jaus is None:
+        raise ScenarioError(
+            f"bind.{waiting[0]}.stack: got external, but no client can reach the vehicles; run it with "
+            "--jaus 127.0.0.1:3794, or name a stack"
+        )
+
+
 def _advance(
-    simulation: Simulation, scenario: Scenario, wanted: int, outcome: RunOutcome, progress: Progress | None
+    simulation: Simulation,
+    scenario: Scenario,
+    wanted: int,
+    outcome: RunOutcome,
+    progress: Progress | None,
+    real_time: RealTime | None,
 ) -> None:
     """Step to the end, timing what the steps take."""
     began = time.perf_counter()
@@ -119,6 +151,8 @@ def _advance(
                 interrupts.check()
                 simulation.step()
                 outcome.ended_by = simulation.ended_by
+                if real_time is not None:
+                    real_time.wait_until(simulation.now_s)
                 if progress is not None:
                     progress(simulation.now_s, wanted * scenario.step_s)
                 if outcome.ended_by:

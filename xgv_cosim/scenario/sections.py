@@ -24,7 +24,7 @@ from xgv_cosim.vehicles.xgv.errors import ERRORS, near_codes
 PATTERN, LIST, QUERY = "|pattern", "|list", "|query"
 """Tags of the three shapes of a selector; ``|`` keeps them apart from keys in error locations."""
 
-STACK_NAMES = ("reference", "reference_wrench", "none")
+STACK_NAMES = ("reference", "reference_wrench", "external", "none")
 """Stacks that have a name of their own."""
 
 
@@ -179,7 +179,8 @@ class BindSection(Section):
     """What differs from the preset and from ``world.environment``."""
     stack: str = "reference"
     """The autonomy stack: reference (follows the route), reference_wrench (the same by wrench efforts),
-    none, or a class of your own as ``module:Class``, beside this file or on Python's path."""
+    external (a client that speaks JAUS, with ``--jaus``), none, or a class of your own as ``module:Class``,
+    beside this file or on Python's path."""
     stack_options: Annotated[dict[str, Any], Field(default_factory=dict)]
     """Keyword arguments for a class of your own."""
     desired_speed_mps: Annotated[float, Field(gt=0)] | None = None

@@ -62,7 +62,7 @@ def new_link_of(row: BindSection, parameters: VehicleParameters, folder: Path) -
         ScenarioError: The class cannot be imported, is none, or has no ``act``.
     """
     settings = ReferenceStackSettings(desired_speed_mps=row.desired_speed_mps)
-    if row.stack == "none":
+    if row.stack in {"none", "external"}:
         return None
     if row.stack == "reference":
         return lambda _, address: InProcessLink(ReferenceStack(address, settings), address)

@@ -42,7 +42,7 @@ from xgv_cosim.worlds.base import World
 
 if TYPE_CHECKING:
     from xgv_cosim.links.jaus_network import JausNetwork
-    from xgv_cosim.simulation.wire import VehiclesOnTheWire
+    from xgv_cosim.simulation.wire import Announce, VehiclesOnTheWire
 
 
 class Simulation:
@@ -76,6 +76,7 @@ class Simulation:
         self._references = ReferenceGenerator()
         self._broken = False
         self._wire: VehiclesOnTheWire | None = None
+        self._serves_in_steps = False
         self._ids_of_rows: tuple[str, ...] = ()
         self.snapshot: Snapshot = world.start()
         if lifecycle.bind_new(self.state, world, self._selector, self.snapshot):
@@ -143,15 +144,22 @@ class Simulation:
         """Give many cars new targets at once, see ``commanding.renew_motions``."""
         return commanding.renew_motions(self.state, slots, speed_mps, curvature_per_m, lasts_s)
 
-    def connect(self, network: JausNetwork) -> VehiclesOnTheWire:
+    def connect(
+        self, network: JausNetwork, announce: Announce | None = None, *, lockstep: bool = True
+    ) -> VehiclesOnTheWire:
         """Put all bound vehicles, also those that are bound later, on a JAUS network; it is closed with us.
 
-        Clients are served at the beginning of each step, and whenever ``communicate`` is called.
+        Args:
+            network: Its ports.
+            announce: Told of each vehicle that comes onto it, see ``VehiclesOnTheWire``.
+            lockstep: The network's time is the simulation's: clients are served before and after each step.
+                Otherwise whoever keeps the time calls ``communicate``.
         """
         from xgv_cosim.simulation.wire import VehiclesOnTheWire  # noqa: PLC0415 - makes every message of JAUS
 
-        self._wire = VehiclesOnTheWire(network)
+        self._wire = VehiclesOnTheWire(network, announce)
         self._wire.follow(self.state)
+        self._serves_in_steps = lockstep
         return self._wire
 
     def communicate(self, now_s: float | None = None) -> None:
@@ -187,8 +195,7 @@ class Simulation:
         lifecycle.apply_couplings(state, self.world)
         crash.hold_released(state, self.world, self.snapshot)
         requests.apply_scheduled(state, self.world, tick)
-        if self._wire is not None:
-            self._wire.exchange(state, self.now_s)
+        self._serve_in_step()
         commanding.receive(state)
         by_computer = exchange.nobody_yet(fleet)
         while tick < end:
@@ -219,12 +226,15 @@ class Simulation:
         lifecycle.release_due(state, self.world)
         if lifecycle.bind_new(state, self.world, self._selector, snapshot):
             self._resolve_modes()  # so that a new vehicle has its modes before anybody looks
-        if self._wire is not None:
-            self._wire.follow(state)
         triggers.look(state, snapshot, self.world.road)
+        self._serve_in_step()  # so that what stacks know from reports is of this step too
         views.send_observations(state, snapshot, self.world)
         state.journal.step_done(clock.tick, fleet, snapshot)
         return snapshot
+
+    def _serve_in_step(self) -> None:
+        if self._wire is not None and self._serves_in_steps:
+            self._wire.exchange(self.state, self.now_s)
 
     def run_until(self, time_s: float) -> None:
         """Step until simulation time has reached ``time_s``."""

@@ -7,6 +7,7 @@ lost.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -31,6 +32,10 @@ if TYPE_CHECKING:
     from xgv_cosim.simulation.binding import BoundVehicle
     from xgv_cosim.simulation.state import RunState
     from xgv_cosim.vehicles.base import VehicleOnTheWire
+
+_ROUNDING_S = 1e-6
+"""Deadlines of reports are sums of floats; one this near is due."""
+Announce = Callable[[str, int, str], None]
 
 
 class _Request(NamedTuple):
@@ -58,10 +63,12 @@ class VehiclesOnTheWire:
 
     Args:
         network: Its ports; this object closes it.
+        announce: Told of each vehicle that comes onto it: vehicle, subsystem number, place of its port.
     """
 
-    def __init__(self, network: JausNetwork) -> None:
+    def __init__(self, network: JausNetwork, announce: Announce | None = None) -> None:
         self.network = network
+        self._announce = announce
         self._cars: dict[str, _Car] = {}
         self._by_node: dict[int, _Car] = {}
         self._known: list[BoundVehicle] | None = None
@@ -101,7 +108,7 @@ class VehiclesOnTheWire:
         for car in self._cars.values():
             self._answer(car)
             self._note_traffic(state, car, now_s)
-        self.network.flush(now_s)
+        self.network.flush(now_s + _ROUNDING_S)
 
     def close(self) -> None:
         """Leave the network; clients with service connections are told."""
@@ -123,6 +130,8 @@ class VehiclesOnTheWire:
         place = self.network.places[port]
         where = f"{place[0]}:{place[1]}" if isinstance(place, tuple) else str(place)
         state.note(vehicle.vehicle_id, "jaus_subsystem", after=str(subsystem), reasons=(f"at {where}",))
+        if self._announce is not None:
+            self._announce(vehicle.vehicle_id, subsystem, where)
 
     def _remove(self, vehicle_id: str) -> None:
         car = self._cars.pop(vehicle_id)

@@ -219,7 +219,7 @@ def _wire_efforts(efforts: WrenchEffort) -> SetWrenchEffort:
     )
 
 
-def _gear_of(code: int) -> Gear:
+def gear_of(code: int) -> Gear:
     """Return the gear that a code means: 2 to 127 drive forward, 129 to 255 backward (XGV-60)."""
     if code == GearCode.PARK:
         return Gear.PARK
@@ -233,7 +233,7 @@ def _gear_of(code: int) -> Gear:
 def _devices_of(message: SetDiscreteDevices) -> DiscreteDevices:
     propulsion, brake_horn = message.propulsion_bits, message.brake_horn_bits
     return DiscreteDevices(
-        gear=None if message.gear is None else _gear_of(message.gear),
+        gear=None if message.gear is None else gear_of(message.gear),
         engine_on=None if propulsion is None else bool(propulsion >> PropulsionBit.MAIN_PROPULSION & 1),
         parking_brake=None if brake_horn is None else bool(brake_horn >> BrakeHornBit.PARKING_BRAKE & 1),
     )

@@ -9,6 +9,7 @@ from jaus.discovery import ComponentDescription, NodeDescription
 from jaus.messages import MESSAGES, Message
 from jaus.messages.core import (
     ClearEmergency,
+    ConfirmServiceConnection,
     ReleaseComponentControl,
     RequestComponentControl,
     Reset,
@@ -20,8 +21,9 @@ from jaus.messages.core import (
 )
 from jaus.messages.discovery import ServiceEntry, ServiceMessage
 from jaus.messages.platform import SetDiscreteDevices, SetWrenchEffort
-from jaus.messages.torc import ClearErrors, SetMotionProfile, SetSignals
+from jaus.messages.torc import ClearErrors, ReportVehicleMode, SetMotionProfile, SetSignals
 from jaus.node import Node, query_code_of
+from jaus.service_connection import Client, ServiceConnections
 from xgv_cosim.vehicles.xgv.wire.commands import Efforts, command_of
 from xgv_cosim.vehicles.xgv.wire.reports import (
     DEVICE_FIELDS,
@@ -38,6 +40,8 @@ if TYPE_CHECKING:
     from xgv_cosim.vehicles.base import VehicleReadings
     from xgv_cosim.vehicles.xgv.settings import Firmware
 
+MAX_RATE_HZ = 100.0
+"""Greatest rate of reports that is granted: once in each communication period of 10 ms."""
 CORE_SERVICE = 0
 """Service type of what every component has."""
 NAMES = {
@@ -61,6 +65,21 @@ _TAKES: dict[ComponentId, dict[type[Message], int]] = {
 _DRIVERS = frozenset({ComponentId.PRIMITIVE_DRIVER, ComponentId.MOTION_PROFILE_DRIVER})
 
 
+class _Connections(ServiceConnections):
+    """The service connections of a component; one for Report Vehicle Mode is ignored where it is unknown."""
+
+    def __init__(self, reports: Mapping[int, int | None]) -> None:
+        super().__init__(reports, max_rate_hz=MAX_RATE_HZ)
+        self._known = frozenset(reports)
+
+    def receive(self, message: Message, client: Client, now_s: float) -> ConfirmServiceConnection | None:
+        """Take a message about service connections; old firmware does not answer this one (XGV-53)."""
+        is_vehicle_mode = getattr(message, "command_code", None) == ReportVehicleMode.code
+        if is_vehicle_mode and ReportVehicleMode.code not in self._known:
+            return None
+        return super().receive(message, client, now_s)
+
+
 class XgvOnTheWire:
     """One XGV as others on the network see it. Implements ``vehicles.base.VehicleOnTheWire``.
 
@@ -82,6 +101,7 @@ class XgvOnTheWire:
             reports,
             XgvReporter(readings),
             heartbeat_begin_s=now_s,
+            connections=_Connections,
         )
 
     def command_of(self, message: Message) -> StackMessage | None:
