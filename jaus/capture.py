@@ -112,7 +112,6 @@ def read_pcap(data: bytes) -> Iterator[Captured]:
         DecodeError: It is no capture, of a kind that is not read, or cut short.
     """
     order, fraction, link = _form_of(data)
-    skipped = _ETHERNET_HEADER_SIZE if link == _ETHERNET else 0
     record = struct.Struct(f"{order}IIII")
     begin = len(PCAP_HEADER)
     while begin < len(data):
@@ -125,11 +124,14 @@ def read_pcap(data: bytes) -> Iterator[Captured]:
         if len(frame) < size:
             raise DecodeError(f"capture: cut short after {len(data)} bytes")
         begin += size
-        if link == _ETHERNET and frame[12:14] != _IPV4_ON_ETHERNET:
-            continue
-        found = _udp_of(frame[skipped:])
+        found = udp_in_ethernet(frame) if link == _ETHERNET else _udp_of(frame)
         if found is not None:
             yield Captured(seconds + parts * fraction, *found)
+
+
+def udp_in_ethernet(frame: bytes) -> tuple[Place, Place, bytes] | None:
+    """Return (source, destination, datagram) of an Ethernet frame, None if it holds no UDP over IPv4."""
+    return _udp_of(frame[_ETHERNET_HEADER_SIZE:]) if frame[12:14] == _IPV4_ON_ETHERNET else None
 
 
 def _form_of(data: bytes) -> tuple[str, float, int]:

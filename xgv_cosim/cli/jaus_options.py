@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -31,10 +32,20 @@ JausPeers = Annotated[
 AllowNetwork = Annotated[
     bool, typer.Option("--allow-network", help="Let --jaus use other addresses than those of the loopback.")
 ]
+JausRecord = Annotated[
+    Path | None,
+    typer.Option(
+        "--jaus-record",
+        metavar="FILE.pcap",
+        help="Record every datagram of --jaus, as Wireshark reads it.",
+    ),
+]
 _PORTS = 1 << 16
 
 
-def jaus_options(place: str | None, peers: Iterable[str], *, allow_network: bool) -> JausOptions | None:
+def jaus_options(
+    place: str | None, peers: Iterable[str], *, allow_network: bool, record: Path | None = None
+) -> JausOptions | None:
     """Return where a run is to be reached, None: nowhere.
 
     Raises:
@@ -44,12 +55,18 @@ def jaus_options(place: str | None, peers: Iterable[str], *, allow_network: bool
     if place is None:
         if peers:
             raise LinkError(f"--jaus-peer: got {peers[0]}, but no --jaus; add --jaus 127.0.0.1:3794")
+        if record is not None:
+            raise LinkError(f"--jaus-record: got {record}, but no --jaus; add --jaus 127.0.0.1:3794")
         return None
     from xgv_cosim.links.jaus_network import JausOptions  # noqa: PLC0415 - makes every message of JAUS
 
     host, port = _place(place, "--jaus")
     return JausOptions(
-        host, port, tuple(_place(peer, "--jaus-peer") for peer in peers), allow_network=allow_network
+        host,
+        port,
+        tuple(_place(peer, "--jaus-peer") for peer in peers),
+        allow_network=allow_network,
+        record=record,
     )
 
 

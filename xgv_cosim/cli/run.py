@@ -13,6 +13,7 @@ from xgv_cosim.cli.jaus_options import (
     AllowNetwork,
     JausPeers,
     JausPlace,
+    JausRecord,
     jaus_options,
     print_subsystem,
 )
@@ -43,6 +44,7 @@ def run(
     ] = None,
     jaus: JausPlace = None,
     jaus_peer: JausPeers = None,
+    jaus_record: JausRecord = None,
     allow_network: AllowNetwork = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
@@ -62,7 +64,7 @@ def run(
     loaded = load_scenario(scenario, chosen, bind=bind or (), inject=inject or (), keep_step=keep_step)
     window = WindowOptions(gui_delay) if gui else None
     folder = out if out is not None else default_folder(loaded)
-    network = jaus_options(jaus, jaus_peer or (), allow_network=allow_network)
+    network = jaus_options(jaus, jaus_peer or (), allow_network=allow_network, record=jaus_record)
     with progress_of(loaded.name, quiet=quiet) as progress:
         result = run_scenario(
             loaded,

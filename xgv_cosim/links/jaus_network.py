@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from jaus.capture import Recorder
 from jaus.errors import TransportError
 from jaus.messages import UnknownMessage
 from jaus.port import DatagramRefused, Event, MessageNotSent, MessageReceived, Port
@@ -76,10 +78,17 @@ class JausNetwork:
     Args:
         open_transport: Makes the transport of a port, given its number from 0 on.
         peers: Who gets heartbeats from the beginning.
+        recorder: Where every datagram is recorded, with the network's time; for transports over UDP.
     """
 
-    def __init__(self, open_transport: Callable[[int], Transport], peers: Iterable[Hashable] = ()) -> None:
+    def __init__(
+        self,
+        open_transport: Callable[[int], Transport],
+        peers: Iterable[Hashable] = (),
+        recorder: Recorder | None = None,
+    ) -> None:
         self._open_transport = open_transport
+        self._recorder = recorder
         self._peers = tuple(peers)
         self._lines: list[_Line] = []
         self.counts = WireCounts()
@@ -108,6 +117,8 @@ class JausNetwork:
             datagrams = line.transport.receive(MOST_DATAGRAMS_AT_ONCE)
             self.counts.datagrams_received += len(datagrams)
             for datagram, source in datagrams:
+                if self._recorder is not None:
+                    self._recorder.record(datagram, source, line.transport.place, max(0.0, now_s))
                 line.port.receive_datagram(datagram, source, now_s)
                 yield from self._events_of(line.port)
 
@@ -124,6 +135,10 @@ class JausNetwork:
         for line in self._lines:
             datagrams = line.port.datagrams_to_send(now_s)
             self.counts.datagrams_sent += len(datagrams)
+            if self._recorder is not None:
+                destination: Any
+                for datagram, destination in datagrams:
+                    self._recorder.record(datagram, line.transport.place, destination, max(0.0, now_s))
             line.transport.send(datagrams)
             while (event := line.port.next_event()) is not None:
                 self._count(event)
@@ -132,6 +147,8 @@ class JausNetwork:
         """Give the ports back."""
         for line in self._lines:
             line.transport.close()
+        if self._recorder is not None:
+            self._recorder.close()
 
     def _line(self, number: int) -> _Line:
         while len(self._lines) <= number:
@@ -174,6 +191,8 @@ class JausOptions:
     """Who gets heartbeats from the beginning."""
     allow_network: bool = False
     """Allow other addresses than those of the loopback."""
+    record: Path | None = None
+    """File for every datagram, in the pcap format; times are those of the simulation."""
 
     def __post_init__(self) -> None:
         for place in (self.host, *(name for name, _ in self.peers)):
@@ -187,7 +206,7 @@ class JausOptions:
         """Return the network, its first port open.
 
         Raises:
-            LinkError: The port is taken, or the address is none of this machine's.
+            LinkError: The port is taken, the address is not ours, or the record cannot be written.
         """
 
         def transport(number: int) -> UdpTransport:
@@ -196,4 +215,8 @@ class JausOptions:
             except TransportError as error:
                 raise LinkError(f"--jaus: {error}") from None
 
-        return JausNetwork(transport, self.peers)
+        try:
+            recorder = None if self.record is None else Recorder(self.record)
+        except OSError as error:
+            raise LinkError(f"--jaus-record: {self.record}: {error.strerror}") from None
+        return JausNetwork(transport, self.peers, recorder)

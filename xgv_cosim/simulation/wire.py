@@ -72,6 +72,7 @@ class VehiclesOnTheWire:
         self._cars: dict[str, _Car] = {}
         self._by_node: dict[int, _Car] = {}
         self._known: list[BoundVehicle] | None = None
+        self._last_s = 0.0
 
     @property
     def subsystems(self) -> dict[str, tuple[int, int]]:
@@ -109,12 +110,13 @@ class VehiclesOnTheWire:
             self._answer(car)
             self._note_traffic(state, car, now_s)
         self.network.flush(now_s + _ROUNDING_S)
+        self._last_s = now_s
 
     def close(self) -> None:
         """Leave the network; clients with service connections are told."""
         for name in list(self._cars):
             self._remove(name)
-        self.network.flush(0.0)
+        self.network.flush(self._last_s)
         self.network.close()
 
     def _add(self, state: RunState, vehicle: BoundVehicle) -> None:
