@@ -167,6 +167,8 @@ class Port:
         self._peers = {peer: _Peer(Framing.JUDP1, 0.0, is_named=True) for peer in peers}
         self._peer_timeout_s = peer_timeout_s
         self._max_peers = max_peers
+        self._crowded_until_s = -math.inf
+        """Before then nobody gives way to a new peer: strangers are not to cost a search each."""
         self._max_waiting = max_waiting
         self._events: EventQueue[Event] = EventQueue(max_events, max_notices)
         self._outgoing: list[tuple[bytes, Hashable]] = []
@@ -350,12 +352,17 @@ class Port:
         """Take note of a peer that sends messages; return whether there is room for it."""
         peer = self._peers.get(source)
         if peer is None and len(self._peers) >= self._max_peers:
+            if now_s <= self._crowded_until_s:
+                return False
             silent = min(
                 (known for known in self._peers.items() if not known[1].is_named),
                 key=lambda known: known[1].heard_s,
                 default=None,
             )
-            if silent is None or silent[1].heard_s >= now_s - _MISSED_HEARTBEATS_S:
+            if silent is None:
+                return False
+            self._crowded_until_s = silent[1].heard_s + _MISSED_HEARTBEATS_S
+            if now_s <= self._crowded_until_s:
                 return False
             self._forget(*silent)
         if peer is None:
