@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from jaus.address import JausAddress
+from jaus.address import ComponentId, JausAddress
 from jaus.codec import decode, encode
 from jaus.messages import Message
 from jaus.messages.core import CreateServiceConnection
@@ -20,6 +20,8 @@ from jaus.messages.torc import Motion, ReportVehicleMode, SetMotionProfile
 from jaus.packet import Framing, pack_datagrams
 from jaus.port import MessageReceived, Port
 from tests.jaus.test_port import CLIENT, MPD, NM, OWN, PD, VSS, at, node
+from tests.xgv_cosim.simulation.bare_world import Car
+from tests.xgv_cosim.simulation.wire_client import WireClient, reachable
 
 MESSAGES = [
     SetMotionProfile(motions=(Motion(5.0, 2.0, 0.1, 0.06, 400),)),
@@ -95,5 +97,44 @@ def test_a_second_of_torcs_full_load(benchmark: Any) -> None:
     assert events == 50 * VEHICLES
     wanted = sum(rate_hz for *_, rate_hz in TORC_LOAD) + 1
     assert sent / VEHICLES == pytest.approx(wanted, abs=len(TORC_LOAD))
+    if benchmark.stats:
+        benchmark.extra_info["vehicles_per_core"] = VEHICLES / benchmark.stats.stats.median
+
+
+@pytest.mark.benchmark(timer=thread_time)
+def test_a_second_of_emulated_cars_under_torcs_full_load(benchmark: Any) -> None:
+    """The same with emulated cars behind it: endpoints, modes, controllers, vehicle models, their reports.
+
+    The world is an endless road, so SUMO's part is not in it.
+    """
+    cars = {f"car{number}": Car(0.0) for number in range(VEHICLES)}
+    run, loopback = reachable(cars, lockstep=False)
+    clients = []
+    for number in range(VEHICLES):
+        client = WireClient(loopback, f"client{number}")
+        for code, component, rate_hz in TORC_LOAD:
+            client.say(CreateServiceConnection(code, rate_hz, 0xFF), ComponentId(component), number + 1)
+        client.take_control(number + 1)
+        clients.append(client)
+    now_s = 0.0
+
+    def a_second() -> int:
+        nonlocal now_s
+        heard = 0
+        for _ in range(10):
+            run.step()
+            for tick in range(10):
+                now_s += STEP_S
+                if tick % 2:
+                    for number, client in enumerate(clients):
+                        client.say(MESSAGES[0], MPD, number + 1)  # type: ignore[arg-type]
+                run.communicate(now_s)
+                heard += sum(len(client.transport.receive()) for client in clients)
+        return heard
+
+    heard = benchmark.pedantic(a_second, rounds=1 if benchmark.disabled else 10)
+    wanted = sum(rate_hz for *_, rate_hz in TORC_LOAD) + VEHICLES  # each hears the heartbeat of all
+    assert wanted - 2 <= heard / VEHICLES <= wanted + 4 * len(TORC_LOAD)
+    assert run.vehicle("car0").mode == "drive_by_wire"
     if benchmark.stats:
         benchmark.extra_info["vehicles_per_core"] = VEHICLES / benchmark.stats.stats.median

@@ -48,11 +48,12 @@ def reachable(
     settings: XgvSettings | None = None,
     *,
     with_stacks: bool = False,
+    lockstep: bool = True,
     **parameters: float,
 ) -> tuple[Simulation, LoopbackNetwork]:
     """Return a simulation whose cars are on a loopback network; nobody else drives them, unless asked."""
     run, loopback = simulation(cars, injections, settings, **parameters), LoopbackNetwork()
-    run.connect(JausNetwork(lambda number: loopback.open(("cars", number))))
+    run.connect(JausNetwork(lambda number: loopback.open(("cars", number))), lockstep=lockstep)
     if not with_stacks:
         for name in run.vehicle_ids:
             run.state.vehicles.connect(name, None)
