@@ -52,7 +52,7 @@ def main() -> None:
         max_curvature_rate_per_m_s=0.1,
         duration_ms=400,
     )
-    client = Controller(JausAddress(100, 1, 40, 1), (options.host, options.port), name="example client")
+    client = Controller(JausAddress(100, 2, 40, 1), (options.host, options.port), name="example client")
     with UdpTransport() as transport:
         began_s = time.monotonic()
         now_s, next_s, printed_s, heard_s = 0.0, 0.0, -1.0, 0.0

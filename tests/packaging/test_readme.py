@@ -57,6 +57,7 @@ def test_ci_refuses_an_option_that_it_does_not_know() -> None:
 def test_readme_lists_the_commands_that_exist() -> None:
     listed = set(re.findall(r"^\| `xgv-cosim (\w+)", README, re.MULTILINE))
     existing = {info.name or info.callback.__name__ for info in app.registered_commands if info.callback}
+    existing |= {str(group.name) for group in app.registered_groups}
     assert listed == existing
 
 

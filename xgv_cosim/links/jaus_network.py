@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 MOST_DATAGRAMS_AT_ONCE = 10_000
 """A port reads no more than this at one look, so that a flood cannot keep the run from going on."""
+_MAX_WAITING = 16_384
+"""Datagrams to one peer between two looks: all reports of 254 vehicles at once, and as much again."""
 _LOOPBACK = "127."
 STANDARD_PORT = 3794
 """UDP port of JAUS (XGV-56)."""
@@ -153,7 +155,7 @@ class JausNetwork:
     def _line(self, number: int) -> _Line:
         while len(self._lines) <= number:
             transport = self._open_transport(len(self._lines))
-            self._lines.append(_Line(Port((), peers=self._peers), transport))
+            self._lines.append(_Line(Port((), peers=self._peers, max_waiting=_MAX_WAITING), transport))
         return self._lines[number]
 
     def _events_of(self, port: Port) -> Iterator[MessageReceived]:

@@ -163,7 +163,7 @@ def test_a_forged_source_neither_commands_nor_releases_xgv_65() -> None:
         run.step()
     assert run.vehicle("car").speed_mps == pytest.approx(speed_mps, abs=0.2)
     assert run.state.vehicles["car"].endpoint.component_controller[MPD] == OWN
-    assert set(refusals(run)) == {"100.1.40.1 has control from elsewhere than forger"}
+    assert set(refusals(run)) == {"100.2.40.1 has control from elsewhere than forger"}
     assert forger.listen(ConfirmComponentControl) == []
 
 

@@ -31,7 +31,7 @@ NM, PD, MPD, VSS, SD, EM = (
     ComponentId.SIGNALS_DRIVER,
     ComponentId.ERROR_MANAGER,
 )
-OWN, OTHER = JausAddress(100, 1, 40, 1), JausAddress(101, 1, 40, 1)
+OWN, OTHER = JausAddress(100, 2, 40, 1), JausAddress(101, 2, 40, 1)
 CARS = ("cars", 0)
 """Where the first port of the network is."""
 

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from xgv_cosim.worlds.sumo.road import SumoRoad
 
 _NONE, _FREE = np.uint8(Way.NONE), np.uint8(Way.FREE)
-_PLACED_ACROSS = np.isin(np.arange(len(Way)), (Way.FREE, Way.LANE, Way.MIRROR, Way.CAR_FOLLOWING))
-"""By ``Way``: across the lane SUMO has the vehicle where we put it, and changes no lane of its own."""
+_PLACED_ACROSS = np.isin(np.arange(len(Way)), (Way.FREE, Way.LANE, Way.CAR_FOLLOWING))
+"""By ``Way``: whose shadow is cleared. Not of the mirrored: it would turn them, and free ones come before."""
 
 _TURNED_RAD = 0.003
 """SUMO has a vehicle along its lane that is turned no further; with a lane change it turns by degrees."""
