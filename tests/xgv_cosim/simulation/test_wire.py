@@ -118,7 +118,7 @@ def test_a_client_takes_control_and_drives_xgv_20_58() -> None:
 
 
 def test_what_one_has_the_other_does_not_get_and_more_authority_takes_it_xgv_66() -> None:
-    """XGV-66: a higher authority pre-empts, and the loser is told by a Reject."""
+    """XGV-66: a higher authority preempts, and the loser is told by a Reject."""
     run, loopback = reachable(ONE)
     first, second = WireClient(loopback), WireClient(loopback, "second", OTHER)
     drive(run, first, 0.3)
