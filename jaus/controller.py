@@ -14,6 +14,7 @@ from typing import NamedTuple
 from jaus.address import JausAddress
 from jaus.discovery import ComponentDescription, NodeDescription
 from jaus.errors import LocalProtocolError
+from jaus.event_queue import EventQueue
 from jaus.header import MAX_SEQUENCE, Acknowledgement
 from jaus.messages import Ack, Message
 from jaus.messages.core import (
@@ -24,7 +25,7 @@ from jaus.messages.core import (
 )
 from jaus.messages.discovery import IdentificationType
 from jaus.node import Node
-from jaus.port import DatagramRefused, EventQueue, MessageNotSent, MessageReceived, Port
+from jaus.port import DatagramRefused, MessageNotSent, MessageReceived, Port
 from jaus.service_connection import Client
 
 

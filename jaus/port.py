@@ -16,15 +16,13 @@ Nothing that arrives makes it keep more than its limits allow, and what it ackno
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
-from itertools import count
-from typing import Generic, TypeVar
 
 from jaus.address import BROADCAST
 from jaus.codec import Decoded, encode_parts
 from jaus.errors import DecodeError, EncodeError, LocalProtocolError
+from jaus.event_queue import EventQueue
 from jaus.header import Header
 from jaus.messages import Message, MessagePart
 from jaus.messages.core import CreateServiceConnection
@@ -76,49 +74,6 @@ _SOURCE_BYTES = slice(8, 12)
 """Where in the header the source lies: instance, component, node, subsystem."""
 
 Event = MessageReceived | DatagramRefused | MessageNotSent
-E = TypeVar("E")
-
-
-class EventQueue(Generic[E]):
-    """Events in the order in which they happened. Notices, which strangers can cause, push out notices only.
-
-    Args:
-        max_events: How many events may wait; who fills the queue asks ``is_full`` before he takes another in.
-        max_notices: How many notices may wait; the oldest give way.
-    """
-
-    def __init__(self, max_events: int, max_notices: int) -> None:
-        self._max_events = max_events
-        self._events: deque[tuple[int, E]] = deque()
-        self._notices: deque[tuple[int, E]] = deque(maxlen=max_notices)
-        self._numbers = count()
-        self.dropped = 0
-        """How many notices gave way."""
-
-    def __len__(self) -> int:
-        """Return how many events and notices wait."""
-        return len(self._events) + len(self._notices)
-
-    @property
-    def is_full(self) -> bool:
-        """Return whether as many events wait as may."""
-        return len(self._events) >= self._max_events
-
-    def add(self, event: E) -> None:
-        """Append an event that must not get lost."""
-        self._events.append((next(self._numbers), event))
-
-    def note(self, notice: E) -> None:
-        """Append a notice, of which there may be too many."""
-        self.dropped += len(self._notices) == self._notices.maxlen
-        self._notices.append((next(self._numbers), notice))
-
-    def next(self) -> E | None:
-        """Take away and return what happened first, None when that was all."""
-        events, notices = self._events, self._notices
-        if not events or (notices and notices[0][0] < events[0][0]):
-            events = notices
-        return events.popleft()[1] if events else None
 
 
 @dataclass(slots=True)

@@ -70,5 +70,5 @@ def test_every_module_it_names_is_there() -> None:
     names = {name.strip("` ") for row in rows for name in row.split(",")}
     files = {f"jaus.{path.stem}" for path in PAGE.parent.glob("*.py")} | {"jaus.messages", "jaus.transports"}
     assert names <= files
-    inner = {"__init__", "__main__", "as5669a", "errors", "generator", "status"}
+    inner = {"__init__", "__main__", "as5669a", "errors", "event_queue", "generator", "status"}
     assert files - names == {f"jaus.{name}" for name in inner}
