@@ -25,7 +25,9 @@ def apply_couplings(state: RunState, world: World) -> None:
     """Write vehicles as operators asked for since the last step."""
     requested, state.couplings_requested = state.couplings_requested, []
     for vehicle_id, kind in requested:
-        vehicle = state.vehicle(vehicle_id)
+        if vehicle_id not in state.vehicles:
+            continue  # released since
+        vehicle = state.vehicles[vehicle_id]
         before = vehicle.binding.coupling
         if kind is before:
             continue

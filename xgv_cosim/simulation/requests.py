@@ -15,7 +15,7 @@ from xgv_cosim.worlds.base import World
 
 
 def apply_requests(state: RunState) -> None:
-    """Apply what operators asked for since the last step."""
+    """Apply what operators asked for since the last step, but of vehicles that are gone since."""
     requested, state.requested = state.requested, []
     for request in requested:
         edges = state.devices.change(
@@ -24,10 +24,11 @@ def apply_requests(state: RunState) -> None:
         apply_edges(state, edges)
     operated, state.operated = state.operated, []
     for vehicle_id, action in operated:
-        safety.operate(state, state.vehicle(vehicle_id), action)
+        if vehicle_id in state.vehicles:
+            safety.operate(state, state.vehicles[vehicle_id], action)
     to_clear, state.errors_to_clear = state.errors_to_clear, []
-    for vehicle_id in to_clear:
-        vehicle = state.vehicle(vehicle_id)
+    for vehicle_id in filter(state.vehicles.__contains__, to_clear):
+        vehicle = state.vehicles[vehicle_id]
         if vehicle.is_computing:
             commanding.handle(state, vehicle, vehicle.endpoint.clear_errors(state.now_s))
         else:  # nobody answers him at the display (XGV-32, XGV-67)
@@ -35,10 +36,13 @@ def apply_requests(state: RunState) -> None:
             state.note(vehicle_id, "operator_refused", after="clear_errors", reasons=why)
     partial_requested, state.partial_requested = state.partial_requested, []
     for vehicle_id, bits in partial_requested:
-        slot = state.vehicle(vehicle_id).slot
+        if vehicle_id not in state.vehicles:
+            continue
+        vehicle = state.vehicles[vehicle_id]
+        slot = vehicle.slot
         before = int(state.fleet.partial_mode[slot])
         state.fleet.partial_mode[slot] = bits
-        state.vehicle(vehicle_id).endpoint.partial_mode_entered(bits)
+        vehicle.endpoint.partial_mode_entered(bits)
         if bits != before:
             state.note(vehicle_id, "partial_mode", PARTIAL_NAMES[before], PARTIAL_NAMES[bits])
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from jaus.address import ComponentId
+from tests.xgv_cosim.simulation.bare_world import Car, simulation
 from xgv_cosim.clock import Clock
+from xgv_cosim.endpoint import ReleaseControl
 from xgv_cosim.errors import ScenarioError, UnknownVehicleError
 from xgv_cosim.fleet import Fleet
 from xgv_cosim.injection import Injection, InjectionKind
@@ -115,3 +118,19 @@ def test_the_heading_step_at_a_hand_over_fades_instead_of_showing() -> None:
     assert fleet.heading_ease_rad[slot] == pytest.approx(offset * np.exp(-2.0))
     released = heading_ease(fleet, snapshot, slots, rows, ~steered, 0.1)
     assert released[slot] == 0.0
+
+
+def test_what_was_asked_of_a_vehicle_that_has_gone_since_is_let_be() -> None:
+    """Verbs act at the start of the next step; in between the vehicle may be released."""
+    run = simulation({"car": Car(0.0), "other": Car(0.0)}, [])
+    run.step()
+    car = run.vehicle("car")
+    car.set_coupling("auto")
+    car.set_partial_mode("manual_speed")
+    car.clear_errors()
+    car.rearm()
+    car.estop("pause")
+    car.send(ReleaseControl(ComponentId.PRIMITIVE_DRIVER))
+    run.release("car")
+    run.step()
+    assert run.vehicle_ids == ("other",)
