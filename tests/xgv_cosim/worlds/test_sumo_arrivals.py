@@ -132,3 +132,13 @@ def test_a_failure_while_the_world_is_first_read_is_a_world_error(
     with pytest.raises(WorldError, match="the engine is gone"):
         sumo(car("ego", 200, 10)).start()
     assert not load_libsumo().isLoaded()
+
+
+def test_who_has_the_id_of_one_that_has_arrived_arrives_at_its_own_place(sumo: NewWorld) -> None:
+    """SUMO lets a script use an id again; where the first one arrived was read once for all."""
+    world = sumo(arriving("ego", 150.0, "200"))
+    world.start()
+    assert 198.8 <= last_position_m(world) <= 200.0
+    vehicle = load_libsumo().vehicle
+    vehicle.add("ego", "", typeID="xgv", departPos="150", departSpeed="10", arrivalPos="300")
+    assert 298.8 <= last_position_m(world) <= 300.0

@@ -38,6 +38,10 @@ class ArrivalPositions:
         declared_m = self._declared_m[vehicle_id]
         return min(max(declared_m + length_m if declared_m < 0.0 else declared_m, 0.0), length_m)
 
+    def forget(self, vehicle_id: str) -> None:
+        """Read a vehicle's anew: somebody else may have had its id when it was read."""
+        self._declared_m.pop(vehicle_id, None)
+
     def is_on_last_edge(self, vehicle_id: str, edge_id: str) -> bool:
         """Return whether an edge is the last of a vehicle's route, on the last pass if it is a loop."""
         vehicle = self.engine.vehicle

@@ -78,6 +78,7 @@ class Bindings:
     def add(self, vehicle_id: str, kind: CouplingKind) -> None:
         """Take a vehicle in; SUMO drives it until the next step."""
         self._held.forget(vehicle_id)
+        self._ends.forget(vehicle_id)
         self.bound.add(vehicle_id, kind)
 
     def give_back(self, vehicle_id: str, now: Snapshot) -> None:

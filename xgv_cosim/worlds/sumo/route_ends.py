@@ -26,6 +26,10 @@ class RouteEnds:
         self._step_s = step_s
         self._arrivals = ArrivalPositions(engine)
 
+    def forget(self, vehicle_id: str) -> None:
+        """Know nothing of a vehicle's arrival any more: another one may have its id."""
+        self._arrivals.forget(vehicle_id)
+
     def reached(
         self, placement: Placement, lane: IntColumn, next_lane: IntColumn, position_m: FloatColumn
     ) -> BoolColumn:
