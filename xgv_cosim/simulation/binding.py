@@ -56,6 +56,29 @@ Selector = Callable[[Traveller], Binding | None]
 """Says how to bind a vehicle, None: not at all."""
 
 
+MOST_REFUSALS = 20
+"""So many different refusals of one vehicle are told at once ..."""
+REFUSAL_PERIOD_S = 10.0
+"""... and then one in this time: strangers on a network can cause as many as they like."""
+
+
+@dataclass(slots=True)
+class RefusalBudget:
+    """How many refusals of one vehicle may still be told."""
+
+    left: float = MOST_REFUSALS
+    counted_s: float = 0.0
+
+    def take(self, now_s: float) -> bool:
+        """Return whether one more may be told now."""
+        gained = (now_s - self.counted_s) / REFUSAL_PERIOD_S
+        self.left, self.counted_s = min(float(MOST_REFUSALS), self.left + gained), now_s
+        if self.left < 1.0:
+            return False
+        self.left -= 1.0
+        return True
+
+
 @dataclass(slots=True)
 class BoundVehicle:
     """The objects of one bound vehicle; its numbers live in ``Fleet``."""
@@ -71,6 +94,7 @@ class BoundVehicle:
     refusals: set[tuple[str, str]] = field(default_factory=set)
     """(message type, reason) of refusals in the journal since the last accepted command of that type:
     repeats at every step are told once."""
+    refusal_budget: RefusalBudget = field(default_factory=RefusalBudget)
     raised: frozenset[int] = frozenset()
     """Errors of devices and injections that the endpoint knows of."""
     frozen_since_s: float = 0.0

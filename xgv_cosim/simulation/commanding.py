@@ -213,8 +213,11 @@ def clear_command(command: CommandColumns, slot: int) -> None:
 
 
 def note_refusal(state: RunState, vehicle: BoundVehicle, kind: str, reason: str) -> None:
-    """Enter a refusal once for each reason and message type, until one of that type is accepted."""
+    """Enter a refusal once for each reason and message type, until one of that type is accepted.
+
+    Where there are too many, as of strangers on a network, not all of them are told.
+    """
     said = kind, reason
-    if said not in vehicle.refusals:
+    if said not in vehicle.refusals and vehicle.refusal_budget.take(state.now_s):
         vehicle.refusals.add(said)
         state.note(vehicle.vehicle_id, "command_refused", after=kind, reasons=(reason,))

@@ -10,12 +10,14 @@ import tracemalloc
 
 import pytest
 
+from jaus.address import JausAddress
 from jaus.component import ComponentStatus
 from jaus.messages.core import RequestComponentControl, Resume, SetEmergency
 from tests.jaus.golden import GOLDEN
 from tests.jaus.test_abuse import Fuzz
 from tests.xgv_cosim.simulation.bare_world import Car
 from tests.xgv_cosim.simulation.wire_client import CARS, MPD, OWN, PD, WireClient, motion, reachable
+from xgv_cosim.simulation.binding import MOST_REFUSALS, REFUSAL_PERIOD_S
 
 AT_ONCE = 250
 SPEED_MPS = 6.0
@@ -70,7 +72,7 @@ def abused(datagrams: int) -> None:
     tracemalloc.stop()
 
     endpoint = run.state.vehicles["car"].endpoint
-    assert endpoint.component_controller == {MPD: OWN, PD: endpoint.component_controller[PD]}
+    assert endpoint.component_controller == {MPD: OWN, PD: JausAddress(1, 1, MPD, 1)}
     assert endpoint.component_status == {MPD: ComponentStatus.READY, PD: ComponentStatus.READY}
     assert run.vehicle("car").mode == "drive_by_wire"
     assert run.vehicle("car").speed_mps == pytest.approx(SPEED_MPS, abs=0.1)
@@ -78,6 +80,8 @@ def abused(datagrams: int) -> None:
     assert abs(run.fleet.motion.heading_rad[slot]) < 1e-6
     changed = {event.kind for event in run.state.journal.events if event.t_s > 2.0}
     assert changed <= {"command_refused", "signals"}  # lights are anybody's (XGV-10)
+    refused = sum(event.kind == "command_refused" for event in run.state.journal.events)
+    assert refused <= MOST_REFUSALS + run.now_s / REFUSAL_PERIOD_S + 1
     assert wire.network.counts.refused > datagrams // 10
     assert grown_bytes < MOST_GROWTH_BYTES
 
@@ -88,6 +92,6 @@ def test_thirty_thousand_fuzzed_datagrams_at_a_car_that_is_driven() -> None:
 
 
 @pytest.mark.slow
-def test_a_million_fuzzed_datagrams_at_a_car_that_is_driven() -> None:
-    """Point 5.10: the same, a million times."""
-    abused(1_000_000)
+def test_two_hundred_thousand_fuzzed_datagrams_at_a_car_that_is_driven() -> None:
+    """The same for longer; the million is a port's (tests/jaus/test_abuse.py)."""
+    abused(200_000)
