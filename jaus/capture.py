@@ -74,8 +74,9 @@ class Recorder:
     """
 
     def __init__(self, path: Path) -> None:
-        self._file = path.open("wb", buffering=0)
+        self._file = path.open("wb")
         self._file.write(PCAP_HEADER)
+        self._file.flush()
 
     def record(self, datagram: bytes, source: Place, destination: Place, time_s: float) -> None:
         """Append a datagram.
@@ -91,6 +92,7 @@ class Recorder:
             OSError: The file cannot be written.
         """
         self._file.write(pcap_record(Captured(time_s, source, destination, datagram)))
+        self._file.flush()
 
     def close(self) -> None:
         """End the file; a second time does nothing."""

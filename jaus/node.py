@@ -7,7 +7,8 @@ messages go in, addressed messages come out. ``jaus.port`` turns them into datag
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping
+from types import MappingProxyType
 
 from jaus.address import BROADCAST, JausAddress
 from jaus.discovery import ComponentDescription, Heartbeat, NodeDescription, answer
@@ -64,6 +65,8 @@ class Node:
         heartbeat_begin_s: When the first heartbeat is due.
         connections: Makes the service connections of a component from its reports; with limits of your own,
             ``partial(ServiceConnections, max_clients=4)``.
+        ignores: By component codes of reports that it has never heard of: connections for them are not even
+            refused.
 
     Raises:
         LocalProtocolError: Reports of a component that the description does not have, or one component
@@ -78,6 +81,7 @@ class Node:
         *,
         heartbeat_begin_s: float = 0.0,
         connections: Callable[[Mapping[int, int | None]], ServiceConnections] = ServiceConnections,
+        ignores: Mapping[int, Collection[int]] = MappingProxyType({}),
     ) -> None:
         components = {each.component: each for each in description.components}
         if len(components) < len(description.components):
@@ -91,6 +95,7 @@ class Node:
         self._own = {name: description.address(name, each.instance) for name, each in components.items()}
         self._connections = {name: connections(reports.get(name, {})) for name in components}
         self._by_id = {address.jaus_id: components[name] for name, address in self._own.items()}
+        self._ignores = ignores
         self._heartbeat = Heartbeat(begin_s=heartbeat_begin_s)
         self.is_silent = False
         """Set by the application: a port hands it nothing and sends nothing of it, as if it had no power."""
@@ -108,6 +113,8 @@ class Node:
         if component is None:
             return []
         if isinstance(message, ABOUT_SERVICE_CONNECTIONS):
+            if message.command_code in self._ignores.get(component.component, ()):
+                return []
             confirmed = self._connections[component.component].receive(message, client, now_s)
             return [] if confirmed is None else [self._reply(confirmed, message, component)]
         found = answer(message, self.description, component)

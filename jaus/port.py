@@ -66,12 +66,14 @@ class MessageNotSent:
 
 MAX_MESSAGES = 64
 """How many messages a datagram may hold: a short one in, and not a flood of answers out."""
+MAX_BROADCASTS = 4
+"""How many of them may be to more than one component: each may be answered by all nodes."""
 _MISSED_HEARTBEATS_S = 5.0
 _MAX_CLIENTS_KEPT = 512
 _NO_SENDER = frozenset({0, BROADCAST})
 """Parts of an address that nobody has."""
-_SOURCE_BYTES = slice(8, 12)
-"""Where in the header the source lies: instance, component, node, subsystem."""
+_DESTINATION_BYTES, _SOURCE_BYTES = slice(4, 8), slice(8, 12)
+"""Where in the header they lie: instance, component, node, subsystem."""
 
 Event = MessageReceived | DatagramRefused | MessageNotSent
 
@@ -160,7 +162,8 @@ class Port:
             raise LocalProtocolError(f"port: node {key[0]}.{key[1]} is not here")
         del self._nodes[key]
         for client, message in node.terminate():
-            self.send(message, client)
+            if not node.is_silent:
+                self.send(message, client)
 
     def receive_datagram(self, datagram: bytes, source: Hashable, now_s: float) -> None:
         """Take a datagram; acknowledgements and answers wait for ``datagrams_to_send``."""
@@ -169,9 +172,14 @@ class Port:
         except DecodeError as error:
             self._refuse(source, str(error))
             return
+        broadcasts = 0
         for packet in packets:
             if self._events.is_full:
                 self._refuse(source, "as many messages wait as may")
+                return
+            broadcasts += BROADCAST in packet[_DESTINATION_BYTES]
+            if broadcasts > MAX_BROADCASTS:
+                self._refuse(source, f"more than {MAX_BROADCASTS} messages to more than one component")
                 return
             self._receive_packet(packet, framing, source, now_s)
         if flaw is not None:

@@ -24,14 +24,16 @@ class UdpTransport:
     Args:
         host: IPv4 address of this machine to listen at; loopback keeps others out.
         port: UDP port; 0 takes a free one.
+        may_broadcast: Whether datagrams may go to all of a network at once.
 
     Raises:
         TransportError: The port is taken, or the address is none of this machine's.
     """
 
-    def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
+    def __init__(self, host: str = "127.0.0.1", port: int = 0, *, may_broadcast: bool = False) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, may_broadcast)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SOCKET_BUFFER_SIZE)
         self.not_sent = 0
         """How many datagrams the system did not take: its buffer was full, or no way leads there, or the

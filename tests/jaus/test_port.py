@@ -592,3 +592,28 @@ def test_the_application_sends_by_itself(port: Port, wire: Wire) -> None:
     port.send(SetWrenchEffort(10.0).to(OWN, source=at(PD)), Client(OWN, CLIENT))
     (message,) = wire.heard()
     assert isinstance(message, SetWrenchEffort)
+
+
+def test_a_datagram_holds_few_messages_that_everybody_answers() -> None:
+    """Each of them may be answered by all nodes: one datagram would make thousands."""
+    port = Port([node(1), node(2)])
+    everybody = JausAddress(255, 255, 1, 1)
+    packets = [encode(QueryIdentification(2).to(everybody, source=OWN)) for _ in range(10)]
+    (datagram,) = pack_datagrams(Framing.JUDP1, packets, max_messages=10)
+    port.receive_datagram(datagram, CLIENT, 0.0)
+    refused = [event for event in iter(port.next_event, None) if isinstance(event, DatagramRefused)]
+    assert [event.reason for event in refused] == ["more than 4 messages to more than one component"]
+    answers = [data for data, place in port.datagrams_to_send(0.0) if place == CLIENT]
+    reports = [p for data in answers for p in unpack_datagram(data)[1]]
+    assert sum(isinstance(decode(p), ReportIdentification) for p in reports) == 4 * 2
+
+
+def test_what_a_component_has_never_heard_of_it_does_not_even_refuse_xgv_53() -> None:
+    """XGV-53: old firmware, and Report Vehicle Mode."""
+    made = node(1)
+    old = Node(made.description, REPORTS, reporter, ignores={NM: {0xE457}})
+    client = Client(OWN, CLIENT)
+    for code, expected in ((0xE457, []), (0xE458, [2])):
+        asked = CreateServiceConnection(code, 5.0, 0).to(at(NM), source=OWN)
+        answers = old.receive(asked, client, 0.0) or []
+        assert [a.response for a in answers if isinstance(a, ConfirmServiceConnection)] == expected

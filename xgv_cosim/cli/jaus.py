@@ -40,10 +40,10 @@ def sniff(
         ),
     ] = None,
     subsystem: Annotated[
-        int | None, typer.Option(metavar="N", help="Only messages from or to this subsystem.")
+        int | None, typer.Option(min=1, max=255, metavar="N", help="Only messages from or to this subsystem.")
     ] = None,
     component: Annotated[
-        int | None, typer.Option(metavar="N", help="Only messages from or to this component.")
+        int | None, typer.Option(min=1, max=255, metavar="N", help="Only messages from or to this component.")
     ] = None,
     pcap: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Record the datagrams shown, for Wireshark.")
@@ -62,12 +62,10 @@ def sniff(
     wanted = _Filter(port, _codes_of(message or ()), subsystem, component)
     ends_s = float("inf") if seconds is None else time.monotonic() + seconds
     left = float("inf") if count is None else count
-    try:
-        recorder = None if pcap is None else Recorder(pcap)
-    except OSError as error:
-        raise LinkError(f"--pcap: {pcap}: {error.strerror}") from None
+    recorder: Recorder | None = None
     try:
         with Sniffer(interface) as sniffer:
+            recorder = None if pcap is None else Recorder(pcap)
             while left > 0 and time.monotonic() < ends_s:
                 captured = sniffer.receive(min(_LOOK_S, max(0.0, ends_s - time.monotonic())))
                 shown = () if captured is None else wanted.messages_of(captured)
@@ -80,6 +78,8 @@ def sniff(
                 left -= len(shown)
     except TransportError as error:
         raise LinkError(f"jaus sniff: {error}") from None
+    except OSError as error:
+        raise LinkError(f"--pcap: {pcap}: {error.strerror}") from None
     finally:
         if recorder is not None:
             recorder.close()

@@ -79,6 +79,7 @@ def _place(text: str, option: str) -> tuple[str, int]:
     host, colon, port = text.rpartition(":")
     parts = host.split(".")
     is_address = len(parts) == 4 and all(part.isdecimal() and int(part) < 256 for part in parts)
-    if not (colon and is_address and port.isdecimal() and int(port) < _PORTS):
+    least = 0 if option == "--jaus" else 1
+    if not (colon and is_address and port.isdecimal() and least <= int(port) < _PORTS):
         raise LinkError(f"{option}: got {text!r}, expected an IPv4 address and a UDP port: 127.0.0.1:3794")
     return host, int(port)

@@ -6,8 +6,11 @@ within the process in lockstep; the nodes do not know which.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from ipaddress import IPv4Address
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -25,15 +28,23 @@ if TYPE_CHECKING:
 
 MOST_DATAGRAMS_AT_ONCE = 10_000
 """A port reads no more than this at one look, so that a flood cannot keep the run from going on."""
-_MAX_WAITING = 16_384
+_MAX_WAITING = 8192
 """Datagrams to one peer between two looks: all reports of 254 vehicles at once, and as much again."""
-_LOOPBACK = "127."
+_MAX_PEERS = 512
+"""Clients of a port, each vehicle's own and as many again."""
+MOST_OF_ONE_PEER = 4096
+"""So many datagrams of one place are read at one look; further ones are refused."""
 STANDARD_PORT = 3794
 """UDP port of JAUS (XGV-56)."""
 
 
 class Transport(Protocol):
     """Carries datagrams between places; ``jaus.transports`` has two, each with places of its own kind."""
+
+    @property
+    def not_sent(self) -> int:
+        """Return how many datagrams nobody took."""
+        ...
 
     @property
     def place(self) -> Any:  # noqa: ANN401 - what it knows places by
@@ -64,7 +75,7 @@ class WireCounts:
     unknown: int = 0
     """Messages with a code that nobody here knows."""
     not_sent: int = 0
-    """Messages that have no form in the peer's framing."""
+    """Messages without a form in the peer's framing, or too many at once, and datagrams that nobody took."""
     first_refusal: str = ""
     """Why the first one was refused."""
 
@@ -80,17 +91,11 @@ class JausNetwork:
     Args:
         open_transport: Makes the transport of a port, given its number from 0 on.
         peers: Who gets heartbeats from the beginning.
-        recorder: Where every datagram is recorded, with the network's time; for transports over UDP.
     """
 
-    def __init__(
-        self,
-        open_transport: Callable[[int], Transport],
-        peers: Iterable[Hashable] = (),
-        recorder: Recorder | None = None,
-    ) -> None:
+    def __init__(self, open_transport: Callable[[int], Transport], peers: Iterable[Hashable] = ()) -> None:
         self._open_transport = open_transport
-        self._recorder = recorder
+        self._recorder: Recorder | None = None
         self._peers = tuple(peers)
         self._lines: list[_Line] = []
         self.counts = WireCounts()
@@ -118,9 +123,13 @@ class JausNetwork:
         for line in self._lines:
             datagrams = line.transport.receive(MOST_DATAGRAMS_AT_ONCE)
             self.counts.datagrams_received += len(datagrams)
+            of_source: Counter[Hashable] = Counter()
             for datagram, source in datagrams:
-                if self._recorder is not None:
-                    self._recorder.record(datagram, source, line.transport.place, max(0.0, now_s))
+                self._record(datagram, source, line.transport.place, now_s)
+                of_source[source] += 1
+                if of_source[source] > MOST_OF_ONE_PEER:
+                    self._count(DatagramRefused(source, "too many datagrams at once"))
+                    continue
                 line.port.receive_datagram(datagram, source, now_s)
                 yield from self._events_of(line.port)
 
@@ -136,12 +145,14 @@ class JausNetwork:
         """Send answers, reports and heartbeats that are due."""
         for line in self._lines:
             datagrams = line.port.datagrams_to_send(now_s)
-            self.counts.datagrams_sent += len(datagrams)
-            if self._recorder is not None:
-                destination: Any
-                for datagram, destination in datagrams:
-                    self._recorder.record(datagram, line.transport.place, destination, max(0.0, now_s))
+            destination: Any
+            for datagram, destination in datagrams:
+                self._record(datagram, line.transport.place, destination, now_s)
+            before = line.transport.not_sent
             line.transport.send(datagrams)
+            failed = line.transport.not_sent - before
+            self.counts.not_sent += failed
+            self.counts.datagrams_sent += len(datagrams) - failed
             while (event := line.port.next_event()) is not None:
                 self._count(event)
 
@@ -150,12 +161,31 @@ class JausNetwork:
         for line in self._lines:
             line.transport.close()
         if self._recorder is not None:
-            self._recorder.close()
+            recorder, self._recorder = self._recorder, None
+            self._or_link_error(recorder.close)
+
+    def record_with(self, recorder: Recorder) -> None:
+        """Record every datagram from now on; it is closed with the network."""
+        self._recorder = recorder
+
+    def _record(self, datagram: bytes, source: Any, destination: Any, now_s: float) -> None:  # noqa: ANN401 - places
+        if self._recorder is not None:
+            record = partial(self._recorder.record, datagram, source, destination, max(0.0, now_s))
+            self._or_link_error(record)
+
+    @staticmethod
+    def _or_link_error(write: Callable[[], None]) -> None:
+        try:
+            write()
+        except OSError as error:
+            raise LinkError(f"--jaus-record: {error.strerror or error}; the run cannot be recorded") from None
 
     def _line(self, number: int) -> _Line:
         while len(self._lines) <= number:
             transport = self._open_transport(len(self._lines))
-            self._lines.append(_Line(Port((), peers=self._peers, max_waiting=_MAX_WAITING), transport))
+            self._lines.append(
+                _Line(Port((), peers=self._peers, max_waiting=_MAX_WAITING, max_peers=_MAX_PEERS), transport)
+            )
         return self._lines[number]
 
     def _events_of(self, port: Port) -> Iterator[MessageReceived]:
@@ -198,7 +228,13 @@ class JausOptions:
 
     def __post_init__(self) -> None:
         for place in (self.host, *(name for name, _ in self.peers)):
-            if not (self.allow_network or place.startswith(_LOOPBACK)):
+            try:
+                is_loopback = IPv4Address(place).is_loopback
+            except ValueError:
+                raise LinkError(
+                    f"--jaus: got {place!r}, expected an IPv4 address such as 127.0.0.1"
+                ) from None
+            if not (self.allow_network or is_loopback):
                 raise LinkError(
                     f"--jaus: got {place}, an address of a network, expected one of the loopback such as "
                     "127.0.0.1; a real vehicle may listen there, so add --allow-network if you mean it"
@@ -213,12 +249,16 @@ class JausOptions:
 
         def transport(number: int) -> UdpTransport:
             try:
-                return UdpTransport(self.host, self.port + number if self.port else 0)
+                port = self.port + number if self.port else 0
+                return UdpTransport(self.host, port, may_broadcast=self.allow_network)
             except TransportError as error:
                 raise LinkError(f"--jaus: {error}") from None
 
-        try:
-            recorder = None if self.record is None else Recorder(self.record)
-        except OSError as error:
-            raise LinkError(f"--jaus-record: {self.record}: {error.strerror}") from None
-        return JausNetwork(transport, self.peers, recorder)
+        network = JausNetwork(transport, self.peers)
+        if self.record is not None:
+            try:
+                network.record_with(Recorder(self.record))
+            except OSError as error:
+                network.close()
+                raise LinkError(f"--jaus-record: {self.record}: {error.strerror}") from None
+        return network

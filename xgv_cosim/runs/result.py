@@ -61,6 +61,8 @@ class RunOutcome:
     """The traffic engine's own warnings."""
     wire: WireCounts | None = None
     """What went over the network; None without one."""
+    most_behind_s: float = 0.0
+    """How far a run in real time was behind the wall clock at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +127,9 @@ def result_of(
             *standing.warning_of(outcome.standing),
         ],
         "notes": list(outcome.notes),
-        "jaus": None if outcome.wire is None else asdict(outcome.wire),
+        "jaus": None
+        if outcome.wire is None
+        else {**asdict(outcome.wire), "most_behind_s": outcome.most_behind_s},
         "assumptions": assumption_rows(scenario, events),
     }
     return RunResult(folder, status, data)

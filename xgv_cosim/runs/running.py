@@ -153,6 +153,7 @@ def _advance(
                 outcome.ended_by = simulation.ended_by
                 if real_time is not None:
                     real_time.wait_until(simulation.now_s)
+                    outcome.most_behind_s = real_time.most_behind_s
                 if progress is not None:
                     progress(simulation.now_s, wanted * scenario.step_s)
                 if outcome.ended_by:

@@ -12,7 +12,7 @@ from xgv_cosim import kernel
 from xgv_cosim.clock import Clock, time_of_tick_s
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.controllers.references import ReferenceGenerator
-from xgv_cosim.errors import ScenarioError, WorldError
+from xgv_cosim.errors import LinkError, ScenarioError, WorldError
 from xgv_cosim.fleet import Fleet, Motion, Setpoints, copied_motion
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
@@ -154,9 +154,14 @@ class Simulation:
             announce: Told of each vehicle that comes onto it, see ``VehiclesOnTheWire``.
             lockstep: The network's time is the simulation's: clients are served before and after each step.
                 Otherwise whoever keeps the time calls ``communicate``.
+
+        Raises:
+            LinkError: They are on a network already.
         """
         from xgv_cosim.simulation.wire import VehiclesOnTheWire  # noqa: PLC0415 - makes every message of JAUS
 
+        if self._wire is not None:
+            raise LinkError("connect: the vehicles are on a network already; open another simulation")
         self._wire = VehiclesOnTheWire(network, announce)
         self._wire.follow(self.state)
         self._serves_in_steps = lockstep
@@ -243,12 +248,14 @@ class Simulation:
 
     def close(self) -> None:
         """End all links and the world."""
-        for vehicle in self.state.vehicles:
-            if vehicle.link is not None:
-                vehicle.link.close()
-        if self._wire is not None:
-            self._wire.close()
-        self.world.close()
+        try:
+            for vehicle in self.state.vehicles:
+                if vehicle.link is not None:
+                    vehicle.link.close()
+            if self._wire is not None:
+                self._wire.close()
+        finally:
+            self.world.close()
 
     def __enter__(self) -> Self:
         return self

@@ -22,8 +22,9 @@ from jaus.messages.core import (
 from jaus.service_connection import Client
 from xgv_cosim.endpoint import RequestControl, StackMessage
 from xgv_cosim.errors import CommandError
+from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.simulation import commanding
-from xgv_cosim.simulation.addresses import port_of, subsystem_of
+from xgv_cosim.simulation.addresses import port_of, stack_address, subsystem_of
 from xgv_cosim.simulation.readings import Readings
 
 if TYPE_CHECKING:
@@ -56,6 +57,8 @@ class _Car:
     clients: dict[JausAddress, Client] = field(default_factory=dict)
     """Who has control or asked for it, and where he speaks from."""
     requests: list[_Request] = field(default_factory=list)
+    gives_back: set[JausAddress] = field(default_factory=set)
+    """Who has sent Release since he was given control: he need not be told that he has lost it."""
 
 
 class VehiclesOnTheWire:
@@ -144,9 +147,11 @@ class VehiclesOnTheWire:
         message, client = arrived.message, arrived.client
         if not isinstance(message, Message):
             return  # an acknowledgement, or a part of what is not whole
+        if message.header.destination.is_broadcast:
+            return  # commands are for one component
         car = self._by_node[id(arrived.node)]
         if car.face.clears_errors(message):
-            state.errors_to_clear.append(car.vehicle.vehicle_id)
+            self._clear_errors(state, car, client)
             return
         try:
             command = car.face.command_of(message)
@@ -156,10 +161,20 @@ class VehiclesOnTheWire:
         if command is None:
             return
         if self._is_forged(car, client):
-            reason = f"{client.address} has control from elsewhere than {client.transport}"
+            reason = f"{client.address} speaks from elsewhere than {client.transport}"
             commanding.note_refusal(state, car.vehicle, type(command).__name__, reason)
+            if isinstance(command, RequestControl):
+                self._send(car, command.component, RejectComponentControl(), client, message.header.sequence)
             return
         self._command(state, car, client, message, command)
+
+    def _clear_errors(self, state: RunState, car: _Car, client: Client) -> None:
+        """Have latched errors forgotten by one who has control: who is a stranger moves no car (XGV-10)."""
+        if client.address in car.holders.values() and not self._is_forged(car, client):
+            state.errors_to_clear.append(car.vehicle.vehicle_id)
+        else:
+            reason = f"{client.address} controls no component of the car"
+            commanding.note_refusal(state, car.vehicle, "ClearErrors", reason)
 
     def _command(
         self, state: RunState, car: _Car, client: Client, message: Message, command: StackMessage
@@ -167,17 +182,22 @@ class VehiclesOnTheWire:
         if isinstance(command, RequestControl):
             car.clients[client.address] = client
             car.requests.append(_Request(client, command, message))
+            car.gives_back.discard(client.address)
+        elif isinstance(message, ReleaseComponentControl):
+            car.gives_back.add(client.address)
         commanding.take_in(state, car.vehicle, client.address, command)
-        if isinstance(message, ReleaseComponentControl):  # who gives control back need not be told of it
-            car.holders = car.vehicle.endpoint.component_controller
         self._answer(car)
 
     def _is_forged(self, car: _Car, client: Client) -> bool:
-        """Return whether somebody speaks as one who has control, but from elsewhere (XGV-65)."""
-        if client.address not in car.vehicle.endpoint.component_controller.values():
-            return False
-        known = car.clients.get(client.address)
-        return known is None or known.transport != client.transport
+        """Return whether somebody speaks as one who has control, or asks for it, but from elsewhere (XGV-65).
+
+        As the stack of this process nobody speaks from outside, whether it has control or not.
+        """
+        known, vehicle = car.clients.get(client.address), car.vehicle
+        if known is not None:
+            return known.transport != client.transport
+        is_stack = isinstance(vehicle.link, InProcessLink) and client.address == stack_address(vehicle.slot)
+        return is_stack or client.address in vehicle.endpoint.component_controller.values()
 
     def _answer(self, car: _Car) -> None:
         """Confirm or reject requests that have arrived, and tell who has lost control."""
@@ -192,21 +212,29 @@ class VehiclesOnTheWire:
             sequence = request.message.header.sequence
             self._send(car, request.command.component, answer, request.client, sequence)
         for component, before in car.holders.items():
-            if before is not None and now[component] != before and before in car.clients:
+            if before is None or now[component] == before or before not in car.clients:
+                continue
+            if before not in car.gives_back:
                 self._send(car, component, RejectComponentControl(), car.clients[before])
         car.holders = now
         asking = {request.client.address for request in car.requests}
+        waiting = {sender for _, sender, _ in car.vehicle.on_the_way}
+        car.gives_back &= {*now.values(), *waiting}
         for address in [each for each in car.clients if each not in now.values() and each not in asking]:
             del car.clients[address]
 
     def _send(
         self, car: _Car, component: ComponentId, message: Message, client: Client, sequence: int = 0
     ) -> None:
+        if car.face.node.is_silent:
+            return
         own = car.face.node.description.address(component)
         self.network.send(message.to(client.address, source=own, sequence=sequence), client, car.port)
 
     def _note_traffic(self, state: RunState, car: _Car, now_s: float) -> None:
         """Let the endpoint know that who controls it is not silent: anything from where he is counts."""
+        if car.face.node.is_silent:
+            return
         for address, client in car.clients.items():
             if self.network.heard_s(client.transport, car.port) >= now_s:
                 car.vehicle.endpoint.heard(address, state.now_s)

@@ -42,6 +42,17 @@ def test_a_network_is_only_spoken_to_where_that_is_asked_for(place: str, peer: s
     assert jaus_options(place, [peer], allow_network=True) is not None
 
 
+def test_a_peer_has_a_port() -> None:
+    with pytest.raises(LinkError, match=r"--jaus-peer: got '127\.0\.0\.1:0'"):
+        jaus_options("127.0.0.1:0", ["127.0.0.1:0"], allow_network=False)
+
+
+@pytest.mark.parametrize("host", ["127.example.org", "localhost", ""])
+def test_from_python_too_places_are_addresses(host: str) -> None:
+    with pytest.raises(LinkError, match="expected an IPv4 address"):
+        JausOptions(host=host)
+
+
 def test_a_peer_without_a_place_is_a_mistake() -> None:
     with pytest.raises(LinkError, match="no --jaus; add --jaus"):
         jaus_options(None, ["127.0.0.1:2"], allow_network=False)
@@ -51,9 +62,12 @@ def test_a_port_that_is_taken_ends_the_run_with_its_reason(tmp_path: Path) -> No
     scenario = load_scenario("hello", ["duration_s=1", "expect=[]", "injections=[]"])
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
-        options = JausOptions(port=other.getsockname()[1])
+        record = tmp_path / "earlier.pcap"
+        record.write_bytes(b"an earlier record")
+        options = JausOptions(port=other.getsockname()[1], record=record)
         with pytest.raises(LinkError, match=r"--jaus: UDP 127\.0\.0\.1:.* the port is taken"):
             run_scenario(scenario, tmp_path / "run", jaus=options)
+        assert record.read_bytes() == b"an earlier record"
 
 
 def test_nobody_waits_for_a_client_that_cannot_come(tmp_path: Path) -> None:

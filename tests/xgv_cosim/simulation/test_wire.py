@@ -8,7 +8,6 @@ import pytest
 
 from jaus.address import JausAddress
 from jaus.component import ComponentStatus
-from jaus.errors import LocalProtocolError
 from jaus.messages import Ack
 from jaus.messages.core import (
     ConfirmComponentControl,
@@ -75,8 +74,11 @@ from tests.xgv_cosim.simulation.wire_client import (
     motion,
     reachable,
 )
+from xgv_cosim.errors import LinkError
 from xgv_cosim.injection import InjectionKind
+from xgv_cosim.links.jaus_network import JausNetwork
 from xgv_cosim.simulation import Simulation
+from xgv_cosim.simulation.addresses import stack_address
 from xgv_cosim.vehicles.xgv.settings import Firmware, XgvSettings
 
 ONE = {"car": Car(speed_mps=0.0)}
@@ -163,7 +165,7 @@ def test_a_forged_source_neither_commands_nor_releases_xgv_65() -> None:
         run.step()
     assert run.vehicle("car").speed_mps == pytest.approx(speed_mps, abs=0.2)
     assert run.state.vehicles["car"].endpoint.component_controller[MPD] == OWN
-    assert set(refusals(run)) == {"100.2.40.1 has control from elsewhere than forger"}
+    assert set(refusals(run)) == {"100.2.40.1 speaks from elsewhere than forger"}
     assert forger.listen(ConfirmComponentControl) == []
 
 
@@ -400,9 +402,12 @@ def test_errors_are_cleared_by_the_error_manager_xgv_38() -> None:
     run.vehicle("car").inject("error", code=9109, begins=False)
     run.step()
     assert 9109 in run.state.vehicles["car"].endpoint.errors
+    client.say(ClearErrors(), EM)  # nobody who controls the car
+    client.take_control()
     client.say(ClearErrors(), PD)  # not the Error Manager
     run.run_until(0.5)
     assert 9109 in run.state.vehicles["car"].endpoint.errors
+    assert "100.2.40.1 controls no component of the car" in refusals(run)
     client.say(ClearErrors(), EM)
     run.run_until(0.8)
     assert 9109 not in run.state.vehicles["car"].endpoint.errors
@@ -457,9 +462,10 @@ def test_who_is_past_254_is_behind_a_second_port() -> None:
     assert places["car253"] == ("254", ("at cars:0",))
     assert places["car254"] == ("1", ("at cars:1",))
     assert places["car255"] == ("2", ("at cars:1",))
-    with pytest.raises(LocalProtocolError):
-        JausAddress(256, 1, 1, 1)
-    assert loopback is not None
+    client = WireClient(loopback, car=("cars", 1))
+    client.say(QueryIdentification(2), NM, 2)
+    run.step()
+    assert [a.identification for a in client.listen(ReportIdentification)] == ["SIMULATED XGV car255"]
 
 
 def test_junk_is_counted_and_nothing_else() -> None:
@@ -475,3 +481,136 @@ def test_junk_is_counted_and_nothing_else() -> None:
     assert counts.refused >= 3
     assert counts.first_refusal.startswith("client: ")
     assert client.listen(object) == []
+
+
+def test_what_a_stranger_was_refused_acts_in_no_later_message_xgv_10_59() -> None:
+    """XGV-10, XGV-59: a controller who leaves an axis out gets his own, never a stranger's."""
+    run, loopback = reachable(ONE)
+    client, stranger = WireClient(loopback), WireClient(loopback, "stranger", OTHER)
+    client.say(RequestComponentControl(6), PD)
+    client.say(Resume(), PD)
+    for _ in range(20):
+        stranger.say(
+            SetWrenchEffort(propulsive_linear_x_percent=100.0, propulsive_rotational_z_percent=50.0), PD
+        )
+        client.say(SetWrenchEffort(resistive_linear_x_percent=0.0), PD)
+        run.step()
+    slot = run.fleet.slot_of("car")
+    command = run.fleet.command
+    assert (command.throttle[slot], command.steering[slot]) == (0.0, 0.0)
+    assert abs(run.fleet.motion.heading_rad[slot]) < 1e-9
+
+
+@pytest.mark.parametrize("asks_too", [False, True])
+def test_a_forged_source_is_one_with_latency_too_xgv_65(asks_too: bool) -> None:
+    """XGV-65: between a request's arrival and the moment at which it acts."""
+    run, loopback = reachable(ONE, command_latency_s=0.25)
+    client, forger = WireClient(loopback), WireClient(loopback, "forger")
+    client.take_control()
+    run.communicate()
+    if asks_too:
+        forger.say(RequestComponentControl(6), MPD)
+    forger.say(motion(20.0, duration_ms=5000), MPD)
+    run.run_until(1.0)
+    assert run.vehicle("car").speed_mps == 0.0
+    assert len(client.listen(ConfirmComponentControl)) == 1
+    assert client.listen(RejectComponentControl) == []
+    assert len(forger.listen(RejectComponentControl)) == asks_too
+
+
+def test_the_stack_of_this_process_is_nobody_elses_even_before_it_asks_xgv_65() -> None:
+    """XGV-65: its address is claimed from outside in the very first step."""
+    run, loopback = reachable({"car": Car(5.0)}, with_stacks=True)
+    forger = WireClient(loopback, address=stack_address(run.fleet.slot_of("car")))
+    forger.take_control()
+    run.run_until(1.0)
+    assert len(forger.listen(RejectComponentControl)) == 1
+    assert forger.listen(ConfirmComponentControl) == []
+    assert run.vehicle("car").mode == "drive_by_wire"
+
+
+def test_a_strangers_release_does_not_hide_that_control_is_lost() -> None:
+    run, loopback = reachable(ONE, lockstep=False)
+    first, second = WireClient(loopback), WireClient(loopback, "second", OTHER)
+    first.take_control()
+    run.communicate(0.1)
+    second.say(ReleaseComponentControl(), MPD)
+    second.say(RequestComponentControl(9), MPD)
+    second.say(ReleaseComponentControl(), PD)
+    run.step()
+    run.communicate(0.2)
+    assert len(first.listen(RejectComponentControl)) == 1
+
+
+def test_through_a_lost_link_nobody_is_told_that_he_has_lost_control() -> None:
+    """Nor does traffic to another car keep the control of this one (XGV-65)."""
+    run, loopback = reachable(
+        {"car": Car(0.0), "other": Car(0.0)}, [injection(50, InjectionKind.CMD_LOSS, "car")]
+    )
+    client = WireClient(loopback)
+    client.take_control()
+    run.run_until(0.4)
+    client.listen(object)
+    while run.now_s < 8.0:
+        client.say(QueryComponentStatus(), MPD, 2)
+        run.step()
+    assert run.state.vehicles["car"].endpoint.component_controller[MPD] is None
+    assert client.listen(RejectComponentControl) == []
+
+
+def test_a_command_to_more_than_one_car_moves_none() -> None:
+    run, loopback = reachable(ONE)
+    client = WireClient(loopback)
+    for _ in range(5):
+        client.say(RequestComponentControl(6), MPD, 255)
+        client.say(Resume(), PD, 255)
+        client.say(Resume(), MPD, 255)
+        client.say(motion(), MPD, 255)
+        run.step()
+    assert run.state.vehicles["car"].endpoint.component_controller[MPD] is None
+
+
+def test_every_one_of_a_hundred_clients_is_served() -> None:
+    """Each car has a client of its own, at a place of its own."""
+    run, loopback = reachable({f"car{number}": Car(0.0) for number in range(100)})
+    addresses = [JausAddress(number + 1, 3, 40, 1) for number in range(100)]
+    clients = [WireClient(loopback, f"client{n}", address) for n, address in enumerate(addresses)]
+    for number, client in enumerate(clients):
+        client.say(RequestComponentControl(6), MPD, number + 1)
+    run.step()
+    assert [len(client.listen(ConfirmComponentControl)) for client in clients] == [1] * 100
+
+
+def test_a_report_asked_of_the_wrong_component_is_refused_with_its_response() -> None:
+    run, loopback = reachable(ONE)
+    client = WireClient(loopback)
+    client.say(CreateServiceConnection(ReportVehicleMode.code, 5.0, 0xFF), PD)
+    run.step()
+    assert [answer.response for answer in client.listen(ConfirmServiceConnection)] == [2]
+
+
+def test_a_simulation_is_on_one_network() -> None:
+    run, loopback = reachable(ONE)
+    with pytest.raises(LinkError, match="on a network already"):
+        run.connect(JausNetwork(lambda _: loopback.open("elsewhere")))
+
+
+def test_a_record_that_cannot_be_written_ends_the_run_and_closes_the_world() -> None:
+    class Full:
+        def record(self, *_: object) -> None:
+            raise OSError(28, "No space left on device")
+
+        def close(self) -> None:
+            raise OSError(28, "No space left on device")
+
+    run, loopback = reachable(ONE)
+    assert run._wire is not None
+    run._wire.network.record_with(Full())  # type: ignore[arg-type]
+    WireClient(loopback).say(QueryComponentStatus(), MPD)
+    with pytest.raises(LinkError, match="--jaus-record: No space left on device"):
+        run.step()
+    closed: list[bool] = []
+    run.world.close = lambda: closed.append(True)  # type: ignore[method-assign]
+    with pytest.raises(LinkError, match="No space left on device"):
+        run.close()
+    assert closed == [True]

@@ -64,8 +64,13 @@ class WireClient:
     """Speaks to cars behind the first port and remembers what they have said."""
 
     def __init__(
-        self, loopback: LoopbackNetwork, place: object = "client", address: JausAddress = OWN
+        self,
+        loopback: LoopbackNetwork,
+        place: str = "client",
+        address: JausAddress = OWN,
+        car: tuple[str, int] = CARS,
     ) -> None:
+        self._car = car
         self.transport = loopback.open(place)  # type: ignore[arg-type]
         self.address = address
         self.heard: list[Decoded] = []
@@ -77,7 +82,7 @@ class WireClient:
         wanted = Acknowledgement.REQUESTED if wants_ack else Acknowledgement.NONE
         to = JausAddress(subsystem, 1, component, 1)
         packet = encode(message.to(to, source=self.address, sequence=7, acknowledgement=wanted))
-        self.transport.send((each, CARS) for each in pack_datagrams(Framing.JUDP1, [packet]))
+        self.transport.send((each, self._car) for each in pack_datagrams(Framing.JUDP1, [packet]))
 
     def take_control(self, subsystem: int = 1) -> None:
         """Do what public clients do before they drive."""

@@ -21,7 +21,12 @@ from jaus.messages.core import (
     Resume,
     SetEmergency,
 )
-from jaus.messages.platform import ReportDiscreteDevices, ReportVelocityState, SetDiscreteDevices
+from jaus.messages.platform import (
+    ReportDiscreteDevices,
+    ReportVelocityState,
+    SetDiscreteDevices,
+    SetWrenchEffort,
+)
 from jaus.messages.torc import (
     Lights,
     Motion,
@@ -47,7 +52,7 @@ from xgv_cosim.errors import CommandError
 from xgv_cosim.observation import DeviceReading
 from xgv_cosim.vehicles.base import VehicleModeReport
 from xgv_cosim.vehicles.xgv.settings import Firmware
-from xgv_cosim.vehicles.xgv.wire.commands import Efforts, command_of, gear_code, gear_of, message_of
+from xgv_cosim.vehicles.xgv.wire.commands import NO_EFFORT, command_of, gear_code, gear_of, message_of
 from xgv_cosim.vehicles.xgv.wire.node import XgvOnTheWire
 from xgv_cosim.vehicles.xgv.wire.reports import XgvReporter, reports_of, time_stamp
 
@@ -97,7 +102,7 @@ def through_bytes(message: Message, component: ComponentId) -> Message:
 
 def arrived(command: StackMessage) -> StackMessage | None:
     component, message = message_of(command)
-    return command_of(through_bytes(message, component), Efforts())
+    return command_of(through_bytes(message, component), NO_EFFORT)
 
 
 def assert_near(got: MotionProfile, sent: MotionProfile) -> None:
@@ -141,11 +146,32 @@ def test_the_bytes_of_torcs_client_turn_right_xgv_58() -> None:
     header = bytes.fromhex("860228e3010a010101280164 0c00 0000")
     message = decode(header + bytes.fromhex("0101C4891F05268889019001"))
     assert isinstance(message, SetMotionProfile)
-    got = command_of(message, Efforts())
+    got = command_of(message, NO_EFFORT)
     assert isinstance(got, MotionProfile)
     assert got.speed_mps == pytest.approx(5.0, abs=0.002)
     assert got.curvature_per_m == pytest.approx(-math.tan(0.1), abs=1e-4)
     assert got.duration_s == 0.4
+
+
+@pytest.mark.parametrize(("version", "is_taken"), [(0, True), (1, True), (2, False), (77, False)])
+def test_a_motion_profile_of_another_version_is_refused_xgv_58(version: int, is_taken: bool) -> None:
+    """XGV-58: version 1; clients leave it out too."""
+    message = SetMotionProfile(version=version, motions=(Motion(1.0, 1.0, 0.0, 0.1, 100),))
+    if is_taken:
+        assert command_of(through_bytes(message, MPD), NO_EFFORT) is not None
+    else:
+        with pytest.raises(CommandError, match=r"SetMotionProfile\.version: got .* expected 1"):
+            command_of(through_bytes(message, MPD), NO_EFFORT)
+
+
+def test_an_axis_that_is_left_out_keeps_what_is_in_force_xgv_59() -> None:
+    """XGV-59: not what somebody has sent, but what the car executes."""
+    in_force = WrenchEffort(0.3, 0.2, -0.1)
+    message = through_bytes(SetWrenchEffort(resistive_linear_x_percent=50.0), PD)
+    got = command_of(message, in_force)
+    assert isinstance(got, WrenchEffort)
+    assert (got.throttle, got.steering) == (0.3, -0.1)
+    assert got.brake == pytest.approx(0.5, abs=0.002)
 
 
 @pytest.mark.parametrize("code", range(256))
@@ -155,7 +181,7 @@ def test_every_gear_code_means_a_gear_xgv_60(code: int) -> None:
         code, Gear.DRIVE if code < 128 else Gear.REVERSE
     )
     assert gear_of(code) is expected
-    got = command_of(through_bytes(SetDiscreteDevices(gear=code), PD), Efforts())
+    got = command_of(through_bytes(SetDiscreteDevices(gear=code), PD), NO_EFFORT)
     assert got == DiscreteDevices(gear=expected)
 
 
@@ -168,11 +194,11 @@ def test_a_gear_is_reported_by_its_own_code(gear: Gear) -> None:
 def test_a_message_acts_on_its_own_component_only_xgv_09(component: ComponentId) -> None:
     """XGV-09, XGV-11."""
     profile = SetMotionProfile(motions=(Motion(1.0, 1.0, 0.0, 0.1, 100),))
-    assert command_of(through_bytes(profile, component), Efforts()) is None
+    assert command_of(through_bytes(profile, component), NO_EFFORT) is None
     if component is not SD:
-        assert command_of(through_bytes(SetSignals(turn_signal=1), component), Efforts()) is None
+        assert command_of(through_bytes(SetSignals(turn_signal=1), component), NO_EFFORT) is None
     if component is not PD:
-        assert command_of(through_bytes(Resume(), component), Efforts()) is None
+        assert command_of(through_bytes(Resume(), component), NO_EFFORT) is None
 
 
 @pytest.mark.parametrize("kind", [SetEmergency, ClearEmergency])
@@ -181,7 +207,7 @@ def test_emergency_needs_its_bit_xgv_63(
     kind: type[SetEmergency | ClearEmergency], bits: int, acts: bool
 ) -> None:
     """XGV-63: bit 0 of Set and Clear Emergency."""
-    assert (command_of(through_bytes(kind(bits), MPD), Efforts()) is not None) is acts
+    assert (command_of(through_bytes(kind(bits), MPD), NO_EFFORT) is not None) is acts
 
 
 @pytest.mark.parametrize(("turn", "lights"), [(4, None), (255, None), (None, 3), (None, 7)])
@@ -189,11 +215,11 @@ def test_signals_that_mean_nothing_are_refused_xgv_61(turn: int | None, lights: 
     """XGV-61: turn signals 0 to 3, headlights 0 to 2."""
     message = SetSignals(turn_signal=turn, lights=None if lights is None else Lights(lights))
     with pytest.raises(CommandError, match="SetSignals"):
-        command_of(through_bytes(message, SD), Efforts())
+        command_of(through_bytes(message, SD), NO_EFFORT)
 
 
 def test_high_beam_and_fog_are_headlights_that_are_on() -> None:
-    got = command_of(through_bytes(SetSignals(lights=Lights(0b11010)), SD), Efforts())
+    got = command_of(through_bytes(SetSignals(lights=Lights(0b11010)), SD), NO_EFFORT)
     assert got == Signals(headlights=Headlights.ON)
 
 
@@ -213,6 +239,7 @@ class Made:
     throttle: float = 0.25
     brake: float = 0.5
     steering: float = 0.2
+    wrench_in_force: WrenchEffort | None = None
     devices: DeviceReading = DEVICES
     signals: Signals = SIGNALS
     errors: frozenset[int] = frozenset({9158, 9101})

@@ -41,6 +41,8 @@ STANDS_MPS = 0.002
 STRAIGHT_PER_M = 5e-5
 """Likewise a smaller curvature is none: the wire's nearest are 2.4e-5 rad."""
 _PERCENT = 100.0
+_MOTION_VERSIONS = frozenset({0, 1})
+"""1 by the manual; 0 is taken too, since clients leave it out."""
 _LAST_FORWARD_GEAR = 127
 _HEADLIGHT_BITS = 0b111
 _ENGINE_RUNS = (PropulsionBit.MAIN_PROPULSION, PropulsionBit.MAIN_FUEL, PropulsionBit.AUTOMATIC_START)
@@ -73,30 +75,29 @@ _GEAR_CODES = {
 }
 
 
-class Efforts:
-    """The last efforts that one car was sent: an axis that a message leaves out keeps its own (XGV-59)."""
-
-    def __init__(self) -> None:
-        self._last = WrenchEffort(0.0, 0.0, 0.0)
-
-    def completed(self, message: SetWrenchEffort) -> WrenchEffort:
-        """Return the efforts of a message; backward throttle, which no car has, is none."""
-        throttle, brake = message.propulsive_linear_x_percent, message.resistive_linear_x_percent
-        to_right, last = message.propulsive_rotational_z_percent, self._last
-        self._last = WrenchEffort(
-            throttle=last.throttle if throttle is None else max(0.0, throttle) / _PERCENT,
-            brake=last.brake if brake is None else brake / _PERCENT,
-            steering=last.steering if to_right is None else -to_right / _PERCENT,
-        )
-        return self._last
+NO_EFFORT = WrenchEffort(0.0, 0.0, 0.0)
 
 
-def command_of(message: Message, efforts: Efforts) -> StackMessage | None:
+def _efforts_of(message: SetWrenchEffort, in_force: WrenchEffort) -> WrenchEffort:
+    """Return the efforts of a message; an axis that it leaves out keeps what is in force (XGV-59).
+
+    Backward throttle, which no car has, is none.
+    """
+    throttle, brake = message.propulsive_linear_x_percent, message.resistive_linear_x_percent
+    to_right = message.propulsive_rotational_z_percent
+    return WrenchEffort(
+        throttle=in_force.throttle if throttle is None else max(0.0, throttle) / _PERCENT,
+        brake=in_force.brake if brake is None else brake / _PERCENT,
+        steering=in_force.steering if to_right is None else -to_right / _PERCENT,
+    )
+
+
+def command_of(message: Message, in_force: WrenchEffort) -> StackMessage | None:
     """Return what a message commands, None if it is no command that the XGV knows.
 
     Args:
         message: From whomever, addressed to one of the car's components.
-        efforts: What the car was sent last.
+        in_force: The efforts that the car executes now, ``NO_EFFORT`` if it executes none.
 
     Raises:
         CommandError: Its values mean nothing, for example no motion at all.
@@ -104,19 +105,19 @@ def command_of(message: Message, efforts: Efforts) -> StackMessage | None:
     component = message.header.destination.component
     acts_on = _ACTS_ON.get(type(message))
     if acts_on is not None:
-        return _own_command(message, efforts) if component == acts_on else None
+        return _own_command(message, in_force) if component == acts_on else None
     if component in _DRIVERS:
         return _driver_command(message, ComponentId(component))
     return None
 
 
-def _own_command(message: Message, efforts: Efforts) -> StackMessage | None:
+def _own_command(message: Message, in_force: WrenchEffort) -> StackMessage | None:
     """Return the command of a message that only one component takes."""
     match message:
         case SetMotionProfile():
             return _motion_of(message)
         case SetWrenchEffort():
-            return efforts.completed(message)
+            return _efforts_of(message, in_force)
         case SetDiscreteDevices():
             return _devices_of(message)
         case SetSignals():
@@ -183,6 +184,8 @@ def wire_signals(signals: Signals) -> tuple[int | None, Horn | None, Lights | No
 
 
 def _motion_of(message: SetMotionProfile) -> MotionProfile | MotionQueue:
+    if message.version not in _MOTION_VERSIONS:
+        raise CommandError(f"SetMotionProfile.version: got {message.version}, expected 1 (XGV-58)")
     motions = tuple(
         MotionProfile(
             speed_mps=0.0 if abs(motion.speed_mps) < STANDS_MPS else motion.speed_mps,

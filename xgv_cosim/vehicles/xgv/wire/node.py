@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from jaus.address import ComponentId
@@ -9,7 +10,6 @@ from jaus.discovery import ComponentDescription, NodeDescription
 from jaus.messages import MESSAGES, Message
 from jaus.messages.core import (
     ClearEmergency,
-    ConfirmServiceConnection,
     ReleaseComponentControl,
     RequestComponentControl,
     Reset,
@@ -21,16 +21,17 @@ from jaus.messages.core import (
 )
 from jaus.messages.discovery import ServiceEntry, ServiceMessage
 from jaus.messages.platform import SetDiscreteDevices, SetWrenchEffort
-from jaus.messages.torc import ClearErrors, ReportVehicleMode, SetMotionProfile, SetSignals
+from jaus.messages.torc import ClearErrors, SetMotionProfile, SetSignals
 from jaus.node import Node, query_code_of
-from jaus.service_connection import Client, ServiceConnections
-from xgv_cosim.vehicles.xgv.wire.commands import Efforts, command_of
+from jaus.service_connection import ServiceConnections
+from xgv_cosim.vehicles.xgv.wire.commands import NO_EFFORT, command_of
 from xgv_cosim.vehicles.xgv.wire.reports import (
     DEVICE_FIELDS,
     SIGNAL_FIELDS,
     WRENCH_FIELDS,
     XgvReporter,
     reports_of,
+    unknown_to,
 )
 
 if TYPE_CHECKING:
@@ -65,21 +66,6 @@ _TAKES: dict[ComponentId, dict[type[Message], int]] = {
 _DRIVERS = frozenset({ComponentId.PRIMITIVE_DRIVER, ComponentId.MOTION_PROFILE_DRIVER})
 
 
-class _Connections(ServiceConnections):
-    """The service connections of a component; one for Report Vehicle Mode is ignored where it is unknown."""
-
-    def __init__(self, reports: Mapping[int, int | None]) -> None:
-        super().__init__(reports, max_rate_hz=MAX_RATE_HZ)
-        self._known = frozenset(reports)
-
-    def receive(self, message: Message, client: Client, now_s: float) -> ConfirmServiceConnection | None:
-        """Take a message about service connections; old firmware does not answer this one (XGV-53)."""
-        is_vehicle_mode = getattr(message, "command_code", None) == ReportVehicleMode.code
-        if is_vehicle_mode and ReportVehicleMode.code not in self._known:
-            return None
-        return super().receive(message, client, now_s)
-
-
 class XgvOnTheWire:
     """One XGV as others on the network see it. Implements ``vehicles.base.VehicleOnTheWire``.
 
@@ -95,14 +81,15 @@ class XgvOnTheWire:
         self, vehicle_id: str, subsystem: int, readings: VehicleReadings, firmware: Firmware, now_s: float
     ) -> None:
         reports = reports_of(firmware)
-        self._efforts = Efforts()
         self.node = Node(
             description(vehicle_id, subsystem, reports),
             reports,
             XgvReporter(readings),
             heartbeat_begin_s=now_s,
-            connections=_Connections,
+            connections=partial(ServiceConnections, max_rate_hz=MAX_RATE_HZ),
+            ignores=unknown_to(firmware),
         )
+        self._readings = readings
 
     def command_of(self, message: Message) -> StackMessage | None:
         """Return what a message commands, None if it is no command of the car's.
@@ -110,7 +97,7 @@ class XgvOnTheWire:
         Raises:
             CommandError: Its values mean nothing.
         """
-        return command_of(message, self._efforts)
+        return command_of(message, self._readings.wrench_in_force or NO_EFFORT)
 
     def clears_errors(self, message: Message) -> bool:
         """Return whether a message has the Error Manager forget its errors (jaus-wire, 6.11)."""

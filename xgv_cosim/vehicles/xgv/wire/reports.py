@@ -74,9 +74,16 @@ def reports_of(firmware: Firmware) -> dict[int, dict[int, int | None]]:
     Firmware 1.0 and 1.1 does not know Report Vehicle Mode: query and connection are ignored (XGV-53).
     """
     reports = {int(component): {**_CORE, **own} for component, own in _OF_COMPONENTS.items()}
-    if firmware in {Firmware.V1_0, Firmware.V1_1}:
-        del reports[_NM][ReportVehicleMode.code]
+    for component, codes in unknown_to(firmware).items():
+        for code in codes:
+            del reports[component][code]
     return reports
+
+
+def unknown_to(firmware: Firmware) -> dict[int, frozenset[int]]:
+    """Return by component the reports of which a firmware has never heard (XGV-53)."""
+    is_old = firmware in {Firmware.V1_0, Firmware.V1_1}
+    return {int(_NM): frozenset({ReportVehicleMode.code})} if is_old else {}
 
 
 def time_stamp(time_s: float) -> int:
