@@ -78,8 +78,19 @@ def test_a_thousand_bound_vehicles_cost_a_small_multiple_of_sumo(a_thousand: Cos
 
 
 @pytest.mark.slow
-def test_a_tenth_of_the_fleet_costs_a_fraction_of_the_whole(a_thousand: Cost) -> None:
-    """Partly bound fleets cost in proportion to the bound share, with a wide margin."""
-    part = measure(Case(Traffic("busy_freeway", 1000), CouplingKind.AUTO, 0.1, steps=30))
-    assert part.num_bound == 100
-    assert part.bound_us - part.plain_us < 0.5 * (a_thousand.bound_us - a_thousand.plain_us)
+def test_a_tenth_of_the_fleet_costs_a_fraction_of_the_whole() -> None:
+    """Partly bound fleets cost in proportion to the bound share, with a wide margin.
+
+    Differences of two costs of which each is half as large again now and then: the least of three counts.
+    """
+    part_us, num_bound = least_added_us(0.1)
+    whole_us, _ = least_added_us(1.0)
+    assert num_bound == 100
+    assert part_us < 0.5 * whole_us
+
+
+def least_added_us(share: float, repeats: int = 3) -> tuple[float, int]:
+    """Return what a bound share adds to a step of SUMO's at least, and how many are bound."""
+    case = Case(Traffic("busy_freeway", 1000), CouplingKind.AUTO, share, steps=30)
+    costs = [measure(case) for _ in range(repeats)]
+    return min(cost.bound_us for cost in costs) - min(cost.plain_us for cost in costs), costs[0].num_bound
