@@ -56,8 +56,8 @@ def sniff(
 ) -> int:
     """Show the JAUS messages that pass an interface, until Ctrl-C. Needs the right to listen (root)."""
     from jaus.capture import Recorder  # noqa: PLC0415 - makes every message of JAUS
-    from jaus.errors import TransportError  # noqa: PLC0415
-    from jaus.transports import Sniffer  # noqa: PLC0415
+    from jaus.errors import TransportError  # noqa: PLC0415 - likewise
+    from jaus.transports import Sniffer  # noqa: PLC0415 - likewise
 
     wanted = _Filter(port, _codes_of(message or ()), subsystem, component)
     ends_s = float("inf") if seconds is None else time.monotonic() + seconds
@@ -99,8 +99,8 @@ class _Filter:
 
     def messages_of(self, captured: Captured) -> list[Decoded | str]:
         """Return the messages that are wanted; junk is told of, unless somebody filters."""
-        from jaus.errors import DecodeError  # noqa: PLC0415
-        from jaus.packet import decode_packet, unpack_datagram  # noqa: PLC0415
+        from jaus.errors import DecodeError  # noqa: PLC0415 - likewise
+        from jaus.packet import decode_packet, unpack_datagram  # noqa: PLC0415 - likewise
 
         if self._port and self._port not in {captured.source[1], captured.destination[1]}:
             return []
@@ -127,8 +127,8 @@ def _codes_of(names: Collection[str]) -> frozenset[int]:
     Raises:
         LinkError: A name is neither.
     """
-    from jaus.messages import MESSAGES  # noqa: PLC0415
-    from xgv_cosim.scenario.problems import word_hint  # noqa: PLC0415
+    from jaus.messages import MESSAGES  # noqa: PLC0415 - likewise
+    from xgv_cosim.scenario.problems import word_hint  # noqa: PLC0415 - likewise
 
     by_name = {kind.__name__: code for code, kind in MESSAGES.items()}
     codes = set()
@@ -152,7 +152,7 @@ def _clock(time_s: float) -> str:
 
 
 def _text(captured: Captured, message: Decoded | str, *, full: bool) -> str:
-    from jaus.text import lines  # noqa: PLC0415
+    from jaus.text import lines  # noqa: PLC0415 - likewise
 
     (host, number), (to_host, to_number) = captured.source, captured.destination
     head = f"{_clock(captured.time_s)}  {host}:{number} -> {to_host}:{to_number}"
@@ -165,7 +165,7 @@ def _text(captured: Captured, message: Decoded | str, *, full: bool) -> str:
 
 
 def _document(captured: Captured, message: Decoded | str) -> str:
-    from jaus.text import plain  # noqa: PLC0415
+    from jaus.text import plain  # noqa: PLC0415 - likewise
 
     content = {"error": message} if isinstance(message, str) else plain(message)
     (host, number), (to_host, to_number) = captured.source, captured.destination

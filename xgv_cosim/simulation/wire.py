@@ -77,11 +77,6 @@ class VehiclesOnTheWire:
         self._known: list[BoundVehicle] | None = None
         self._last_s = 0.0
 
-    @property
-    def subsystems(self) -> dict[str, tuple[int, int]]:
-        """Return by vehicle the number of its port and its subsystem."""
-        return {name: (car.port, car.face.node.description.subsystem) for name, car in self._cars.items()}
-
     def follow(self, state: RunState) -> None:
         """Put vehicles on the network that were bound since, and take away those that were released."""
         present = state.vehicles.in_slot_order
