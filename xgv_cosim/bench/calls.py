@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
 
+from xgv_cosim.worlds.sumo.engine import direct
+
 _READS = ("get", "is")
-POSE_CALLS = ("setSpeed", "moveToXY", "setLateralLanePosition")
-"""What places a car; the floor consists of these, and of no others once the cars are handed over."""
+POSE_CALLS = ("setSpeed", "moveToXY", "setLateralLanePosition", "setSpeedMode")
+"""What places a car, and has SUMO plan for it; the floor has no others once the cars are handed over."""
 LEFT_OUT = frozenset({"setActionStepLength"})
 """What the floor does without at the hand-over too: how often SUMO thinks about a car stays as it was."""
 
@@ -66,7 +68,7 @@ class _TappedDomain:
             return plain
 
         def tapped(*given: Any, **named: Any) -> Any:  # noqa: ANN401 - likewise
-            self._log.steps[-1].append(Call(partial(plain, **named) if named else plain, name, given))
+            self._log.steps[-1].append(Call(partial(plain, **named) if named else direct(plain), name, given))
             return plain(*given, **named)
 
         setattr(self, name, tapped)

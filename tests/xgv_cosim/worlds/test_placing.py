@@ -8,7 +8,8 @@ from numpy.random import Generator
 
 from xgv_cosim.actuation import CouplingKind
 from xgv_cosim.worlds.sumo.lane_table import LaneTables, point_ahead
-from xgv_cosim.worlds.sumo.placing import DECISION, Seen, Wanted, Way, decide, decide_in_place, new_row
+from xgv_cosim.worlds.sumo.placing import decide, decide_in_place
+from xgv_cosim.worlds.sumo.placing_tables import DECISION, Seen, Wanted, Way, new_row
 from xgv_cosim.worlds.sumo.road import SumoRoad
 
 STEP_S = 0.1
@@ -85,7 +86,7 @@ def test_the_compiled_loop_does_what_its_plain_python_does(seed: int) -> None:
         found = decided.found
         expected = np.zeros(n, DECISION)
         tables = as_records(road.tables)
-        any_of = np.zeros(5, np.bool_)
+        any_of = np.zeros(6, np.bool_)
         was = plain["way"].copy()
         rows = plain.view(np.recarray), expected.view(np.recarray)
         decide_in_place(tables, rows[0], seen, wanted, STEP_S, REST_S, rows[1], any_of)

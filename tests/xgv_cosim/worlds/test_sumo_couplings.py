@@ -107,6 +107,37 @@ def test_lane_coupling_moves_exactly_by_the_distance_and_offset_asked(sumo: NewW
         assert after.lateral_m == pytest.approx(lateral_m, abs=1e-9)
 
 
+@pytest.mark.parametrize("kind", [CouplingKind.LANE, CouplingKind.AUTO])
+def test_sumo_is_told_the_lateral_position_when_it_has_changed(
+    sumo: NewWorld, kind: CouplingKind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ego = Ego(sumo(EGO), kind)
+    own, told = ego.libsumo.vehicle.setLateralLanePosition, []
+    monkeypatch.setattr(
+        ego.libsumo.vehicle, "setLateralLanePosition", lambda *given: told.append(given) or own(*given)
+    )
+    for _ in range(8):
+        ego.drive(10.0, lateral_m=0.2)
+    assert [offset_m for _, offset_m in told] == pytest.approx([0.2])
+    for lateral_m in (0.2, 0.2001, 0.2001, 0.2):
+        assert ego.drive(10.0, lateral_m=lateral_m).lateral_m == pytest.approx(lateral_m, abs=1e-9)
+    assert [offset_m for _, offset_m in told] == pytest.approx([0.2, 0.2001, 0.2])
+    ego.drive(10.0, WORLD)
+    ego.drive(10.0, lateral_m=0.2)  # in between it was eased to the centre
+    for _ in range(8):
+        assert ego.drive(10.0, lateral_m=0.2).lateral_m == pytest.approx(0.2, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", [CouplingKind.LANE, CouplingKind.AUTO])
+def test_sumo_is_told_the_lateral_position_again_after_a_car_was_kept_from_waiting(
+    sumo: NewWorld, kind: CouplingKind
+) -> None:
+    """SUMO's clock of waiting is stopped by a move, which has its own idea of the offset."""
+    ego = Ego(sumo(EGO, options=("--time-to-teleport", "3")), kind)
+    laterals = [ego.drive(0.0, lateral_m=0.4).lateral_m for _ in range(60)]
+    assert laterals[8:] == pytest.approx([0.4] * 52, abs=1e-6)
+
+
 @pytest.mark.parametrize("computer", [COMPUTER, DRIVER_STEERS])
 @pytest.mark.parametrize("kind", list(CouplingKind))
 def test_every_coupling_reports_the_speed_at_the_end_of_the_step(
@@ -257,7 +288,7 @@ def test_modes_are_switched_on_changes_only_and_the_type_is_untouched(sumo: NewW
     for computer in (WORLD, COMPUTER, DRIVER_STEERS, DRIVER_DRIVES, WORLD):
         ego.drive(10.0, computer)
         seen.append((vehicle.getSpeedMode("ego"), vehicle.getLaneChangeMode("ego")))
-    assert seen == [(31, 1621), (0, 0), (0, 0), (31, 0), (31, 1621)]
+    assert seen == [(31, 1621), (16, 0), (16, 0), (31, 0), (31, 1621)]
     vehicle.setLaneChangeMode("ego", 512)
     ego.drive(10.0, WORLD)
     assert vehicle.getLaneChangeMode("ego") == 512  # nobody wrote it again

@@ -13,7 +13,8 @@ from xgv_cosim.worlds.sumo.held import Held
 from xgv_cosim.worlds.sumo.integration import Integration
 from xgv_cosim.worlds.sumo.lane_change_ending import LaneChangeEnding
 from xgv_cosim.worlds.sumo.lane_frame import LaneFrame
-from xgv_cosim.worlds.sumo.placing import Decided, Seen, Wanted, Way, Yields, decide
+from xgv_cosim.worlds.sumo.placing import Decided, decide
+from xgv_cosim.worlds.sumo.placing_tables import Seen, Wanted, Way, Yields
 from xgv_cosim.worlds.sumo.roster import Roster
 from xgv_cosim.worlds.sumo.route_ends import RouteEnds
 from xgv_cosim.worlds.sumo.shadows import Shadows
@@ -158,8 +159,10 @@ class Bindings:
         wanted = Wanted(*placement[1:])
         decided = decide(self._tables, roster, seen, wanted, self._step_s, self._standstill.period_s)
         self._switch(placement, before, rows, roster, seen, decided)
+        if decided.replans:
+            self._replan(placement, roster, seen, decided.found)
         ways = self._ways(placement, before, rows, roster, seen, decided)
-        self._clear_shadows(placement, roster, ways, seen)
+        self._clear_shadows(placement, roster, ways, seen, decided.found)
         for way, count in enumerate(np.bincount(ways).tolist()):
             if way and count:
                 chosen = (ways == way).nonzero()[0]
@@ -197,6 +200,16 @@ class Bindings:
                 self._switching.switch(placement.ids[number], was, now, before)
             roster["way"] = found["way"]
 
+    def _replan(self, placement: Placement, roster: Table, seen: Seen, found: Table) -> None:
+        """Have SUMO plan for vehicles as for ones that stop at red lights, or that may pass them."""
+        changed = seen.is_here & (found["stops_at_red"] != roster["stops_at_red"])
+        for number in np.flatnonzero(changed).tolist():
+            stops_at_red = bool(found["stops_at_red"][number])
+            self._switching.replan(
+                placement.ids[number], Way(found["way"][number]), stops_at_red=stops_at_red
+            )
+        roster["stops_at_red"] = found["stops_at_red"]
+
     def _ways(
         self,
         placement: Placement,
@@ -213,10 +226,13 @@ class Bindings:
             for number in np.flatnonzero(stirred).tolist():
                 self._stir(placement.ids[number], before, int(rows[number]))
             roster["rest_steps"][stirred] = 0
+            roster["told_lane"][stirred] = -1
             ways[stirred] = _NONE
         return ways
 
-    def _clear_shadows(self, placement: Placement, roster: Table, ways: UInt8Column, seen: Seen) -> None:
+    def _clear_shadows(
+        self, placement: Placement, roster: Table, ways: UInt8Column, seen: Seen, found: Table
+    ) -> None:
         """Take away what SUMO leaves in the lane beside of those who have come onto another lane."""
         placed = _PLACED_ACROSS[ways] & ~roster["changes_lane"]  # only then is it known what is left
         entered = np.flatnonzero(placed & (roster["cleared_lane"] != seen.lane))
@@ -226,6 +242,7 @@ class Bindings:
             [placement.ids[number] for number in entered.tolist()], seen.lane[entered].tolist()
         )
         roster["cleared_lane"][entered] = seen.lane[entered]
+        found["shifts"][entered] = True  # they are at the centre now
 
     def _seen(self, placement: Placement, before: Snapshot, rows: IntColumn) -> Seen:
         """Return the placed vehicles as SUMO has them before the step."""
@@ -316,14 +333,17 @@ def _with_easing(
 
 def _targets(placement: Placement, found: Table, ends_route: BoolColumn, chosen: IntColumn) -> Targets:
     """Return what is wanted of some of the placed vehicles."""
+    everybody = len(chosen) == len(placement.ids)
+    which = slice(None) if everybody else chosen
     return Targets(
-        [placement.ids[number] for number in chosen.tolist()],
-        placement.front_x_m[chosen].tolist(),
-        placement.front_y_m[chosen].tolist(),
-        placement.heading_rad[chosen].tolist(),
-        placement.speed_mps[chosen].tolist(),
-        placement.travelled_m[chosen].tolist(),
-        found["along_m"][chosen].tolist(),
-        found["lateral_m"][chosen].tolist(),
-        ends_route[chosen].tolist(),
+        placement.ids if everybody else [placement.ids[number] for number in chosen.tolist()],
+        placement.front_x_m[which],
+        placement.front_y_m[which],
+        placement.heading_rad[which],
+        placement.speed_mps[which],
+        placement.travelled_m[which],
+        found["along_m"][which],
+        found["lateral_m"][which],
+        found["shifts"][which],
+        ends_route[which],
     )

@@ -13,7 +13,7 @@ from xgv_cosim.worlds.sumo.couplings import (
     MirrorCoupling,
     WorldDriver,
 )
-from xgv_cosim.worlds.sumo.placing import Way, Yields
+from xgv_cosim.worlds.sumo.placing_tables import Way, Yields
 
 if TYPE_CHECKING:
     from xgv_cosim.worlds.sumo.lane_frame import LaneFrame

@@ -31,11 +31,14 @@ from xgv_cosim.worlds.sumo.frames import angle_to_sumo, angles_to_sumo
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
+    from xgv_cosim.columns import BoolColumn, FloatColumn
     from xgv_cosim.worlds.sumo.engine import Engine
     from xgv_cosim.worlds.sumo.lane_frame import LaneFrame
 
 ALL_SPEED_CHECKS = 31
 NO_SPEED_CHECKS = 0
+PLANS_TO_STOP_AT_RED = 16
+"""No check has a say in the speed either, but SUMO plans no farther than to a red light, see ``placing``."""
 OWN_LANE_CHANGES = 1621
 NO_LANE_CHANGES = 0
 SUMO_GOVERNS_SPEED = -1.0
@@ -55,25 +58,29 @@ EASING_RATE_MPS = 0.5
 
 
 class Targets(NamedTuple):
-    """Where the plant wants some vehicles at the end of the step; lists of one length, for single calls."""
+    """Where the plant wants some vehicles at the end of the step; every column has shape ``(n,)``."""
 
     ids: Sequence[str]
-    front_x_m: Sequence[float]
-    front_y_m: Sequence[float]
-    heading_rad: Sequence[float]
-    speed_mps: Sequence[float]
-    travelled_m: Sequence[float]
-    along_m: Sequence[float]
+    front_x_m: FloatColumn
+    front_y_m: FloatColumn
+    heading_rad: FloatColumn
+    speed_mps: FloatColumn
+    travelled_m: FloatColumn
+    along_m: FloatColumn
     """Distance along the lane from where SUMO has the front bumper to where the plant puts it."""
-    lateral_m: Sequence[float]
+    lateral_m: FloatColumn
     """Offset of the front bumper from the lane's centre line, positive left."""
-    ends_route: Sequence[bool]
+    shifts: BoolColumn
+    """SUMO does not know of that offset yet."""
+    ends_route: BoolColumn
     """The route ends within this step."""
 
 
 def standing(vehicle_id: str, front_x_m: float, front_y_m: float, heading_rad: float) -> Targets:
     """Return the target of one vehicle that is to stay at a place."""
-    return Targets([vehicle_id], [front_x_m], [front_y_m], [heading_rad], [0.0], [0.0], [0.0], [0.0], [False])
+    x_m, y_m, heading = (np.array([value]) for value in (front_x_m, front_y_m, heading_rad))
+    none, no = np.zeros(1), np.zeros(1, np.bool_)
+    return Targets([vehicle_id], x_m, y_m, heading, none, none, none, none, no, no)
 
 
 class Coupling(Protocol):
@@ -111,15 +118,15 @@ class FreeCoupling:
         """Place the vehicles and report their speeds; SUMO knows no reverse, so that is reported as 0."""
         vehicle = self.frame.engine.vehicle
         set_speed, move_to = vehicle.setSpeed, vehicle.moveToXY
-        angles_deg = angles_to_sumo(np.array(targets.heading_rad)).tolist()
+        angles_deg = angles_to_sumo(targets.heading_rad)
         for name, x_m, y_m, angle_deg, speed_mps, travelled_m, ends in zip(
             targets.ids,
-            targets.front_x_m,
-            targets.front_y_m,
-            angles_deg,
-            targets.speed_mps,
-            targets.travelled_m,
-            targets.ends_route,
+            targets.front_x_m.tolist(),
+            targets.front_y_m.tolist(),
+            angles_deg.tolist(),
+            targets.speed_mps.tolist(),
+            targets.travelled_m.tolist(),
+            targets.ends_route.tolist(),
             strict=True,
         ):
             if ends:
@@ -139,7 +146,7 @@ class LaneCoupling:
 
     def write(self, targets: Targets) -> None:
         """Move the vehicles by the distance that the plant has driven, beside the lane's centre."""
-        self.frame.place(targets.ids, targets.travelled_m, targets.lateral_m)
+        self.frame.place(targets.ids, targets.travelled_m, targets.lateral_m, targets.shifts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +162,7 @@ class MirrorCoupling:
 
     def write(self, targets: Targets) -> None:
         """Move the vehicles to the plant's place along and across their lanes."""
-        self.frame.place(targets.ids, targets.along_m, targets.lateral_m)
+        self.frame.place(targets.ids, targets.along_m, targets.lateral_m, targets.shifts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +175,7 @@ class LaneKeeping:
 
     def write(self, targets: Targets) -> None:
         """Move the vehicles along their lanes by the distance that the plant has driven."""
-        for name, travelled_m in zip(targets.ids, targets.travelled_m, strict=True):
+        for name, travelled_m in zip(targets.ids, targets.travelled_m.tolist(), strict=True):
             self.frame.move(name, travelled_m)
 
 
@@ -182,8 +189,7 @@ class CarFollowing:
 
     def write(self, targets: Targets) -> None:
         """Set the lateral positions."""
-        for name, lateral_m in zip(targets.ids, targets.lateral_m, strict=True):
-            self.frame.shift(name, lateral_m)
+        self.frame.shift_all(targets.ids, targets.lateral_m, targets.shifts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +214,12 @@ def enter(engine: Engine, vehicle_id: str, coupling: Coupling, before: Coupling 
         engine.vehicle.setSpeed(vehicle_id, SUMO_GOVERNS_SPEED)
 
 
+def replan(engine: Engine, vehicle_id: str, coupling: Coupling, *, stops_at_red: bool) -> None:
+    """Have SUMO plan for a vehicle that it does not drive as for one that stops at red lights, or passes."""
+    if coupling.speed_mode == NO_SPEED_CHECKS:
+        engine.vehicle.setSpeedMode(vehicle_id, PLANS_TO_STOP_AT_RED if stops_at_red else NO_SPEED_CHECKS)
+
+
 def let_drive(engine: Engine, held: Targets) -> None:
     """Give a vehicle that was held to SUMO's driver, off the road on the nearest lane of its route."""
     vehicle, (vehicle_id,) = engine.vehicle, held.ids
@@ -221,9 +233,9 @@ def let_drive(engine: Engine, held: Targets) -> None:
         vehicle_id,
         "",
         -1,
-        held.front_x_m[0],
-        held.front_y_m[0],
-        angle_to_sumo(held.heading_rad[0]),
+        float(held.front_x_m[0]),
+        float(held.front_y_m[0]),
+        angle_to_sumo(float(held.heading_rad[0])),
         KEEP_ROUTE,
         ANYWHERE_M,
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
+from xgv_cosim.worlds.sumo.engine import of_each
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
 
 if TYPE_CHECKING:
@@ -38,8 +39,8 @@ class Driven(NamedTuple):
         ]
         if numbers:
             ids = [placement.ids[number] for number in numbers]
-            places_m = np.array([vehicle.getPosition(name) for name in ids])
-            angles_rad = headings_from_sumo(np.array([vehicle.getAngle(name) for name in ids]))
+            places_m = np.array(of_each(vehicle.getPosition, ids))
+            angles_rad = headings_from_sumo(np.array(of_each(vehicle.getAngle, ids)))
             east_m = places_m[:, 0] - placement.front_x_m[numbers]
             north_m = places_m[:, 1] - placement.front_y_m[numbers]
             turn_rad = np.remainder(angles_rad - placement.heading_rad[numbers] + np.pi, 2.0 * np.pi) - np.pi

@@ -55,7 +55,7 @@ class Held:
             if vehicle_id not in before.index_of:
                 continue
             if self._standstill.is_due(vehicle_id, at_rest=True):
-                place = target.front_x_m[0], target.front_y_m[0], target.heading_rad[0]
+                place = (float(column[0]) for column in target[1:4])
                 self._standstill.stir(vehicle_id, *place)
             else:
                 self._free.write(target)

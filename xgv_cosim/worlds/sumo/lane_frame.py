@@ -11,11 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from xgv_cosim.worlds.sumo.engine import for_each
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from xgv_cosim.columns import BoolColumn, FloatColumn
     from xgv_cosim.worlds.sumo.engine import Engine
     from xgv_cosim.worlds.sumo.integration import Integration
 
@@ -34,16 +37,29 @@ class LaneFrame:
         """Return the length of a step."""
         return self.integration.step_s
 
-    def place(self, ids: Sequence[str], distances_m: Sequence[float], left_m: Sequence[float]) -> None:
-        """Have vehicles go so far along their lanes in the coming step, and be so far left of the centre."""
-        vehicle = self.engine.vehicle
+    def place(
+        self, ids: Sequence[str], distance_m: FloatColumn, left_m: FloatColumn, shifts: BoolColumn
+    ) -> None:
+        """Have vehicles go so far along their lanes in the coming step, and be so far left of the centre.
+
+        Args:
+            ids: The vehicles.
+            distance_m: Forward only, shape ``(n,)``.
+            left_m: Likewise.
+            shifts: Whose offset SUMO does not know yet, likewise.
+        """
         if self.integration.is_ballistic:
-            speeds_mps = list(map(self._speed_mps, ids, distances_m))
+            speeds_mps = list(map(self._speed_mps, ids, distance_m.tolist()))
         else:
-            step_s = self.integration.step_s
-            speeds_mps = [max(distance_m, 0.0) / step_s for distance_m in distances_m]
-        for_each(vehicle.setSpeed, ids, speeds_mps)
-        for_each(vehicle.setLateralLanePosition, ids, [self.leftwards * offset_m for offset_m in left_m])
+            speeds_mps = (np.maximum(distance_m, 0.0) / self.integration.step_s).tolist()
+        for_each(self.engine.vehicle.setSpeed, ids, speeds_mps)
+        self.shift_all(ids, left_m, shifts)
+
+    def shift_all(self, ids: Sequence[str], left_m: FloatColumn, shifts: BoolColumn) -> None:
+        """Have those of whom SUMO does not know so far to the left, see ``place``."""
+        which = shifts.nonzero()[0]
+        names = [ids[number] for number in which.tolist()]
+        for_each(self.engine.vehicle.setLateralLanePosition, names, (self.leftwards * left_m[which]).tolist())
 
     def move(self, vehicle_id: str, distance_m: float) -> None:
         """Have a vehicle go so far along its lane in the coming step; forward only."""

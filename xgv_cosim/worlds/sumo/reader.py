@@ -11,13 +11,14 @@ from xgv_cosim.errors import WorldError
 from xgv_cosim.snapshot import Collision
 from xgv_cosim.worlds.sumo.bodies import Bodies
 from xgv_cosim.worlds.sumo.driven import Driven
-from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of, for_each
+from xgv_cosim.worlds.sumo.engine import OverSocket, errors_of, for_each, of_each
 from xgv_cosim.worlds.sumo.frames import headings_from_sumo
-from xgv_cosim.worlds.sumo.ghosts import is_ghost
+from xgv_cosim.worlds.sumo.ghosts import GHOST_PREFIX, is_ghost
 from xgv_cosim.worlds.sumo.integration import TELLING_M
 from xgv_cosim.worlds.sumo.lazy_snapshot import Cast, Columns, Happened, LazySnapshot
 from xgv_cosim.worlds.sumo.neighbours import NeighbourReader, Scene
-from xgv_cosim.worlds.sumo.placing import TOLERANCE_M, Way
+from xgv_cosim.worlds.sumo.placing import TOLERANCE_M
+from xgv_cosim.worlds.sumo.placing_tables import Way
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -339,24 +340,22 @@ class SnapshotReader:
         with self._answers():
             vehicle, ids = self._engine.vehicle, [cast.ids[row] for row in rows]
             if rows:
-                columns.x_m[rows], columns.y_m[rows] = np.array([vehicle.getPosition(name) for name in ids]).T
-                columns.heading_rad[rows] = headings_from_sumo(
-                    np.array([vehicle.getAngle(name) for name in ids])
-                )
+                columns.x_m[rows], columns.y_m[rows] = np.array(of_each(vehicle.getPosition, ids)).T
+                columns.heading_rad[rows] = headings_from_sumo(np.array(of_each(vehicle.getAngle, ids)))
 
     def read_motions(self, cast: Cast, columns: Columns, rows: list[int]) -> None:
         """Fill in speeds and accelerations."""
         with self._answers():
             vehicle, ids = self._engine.vehicle, [cast.ids[row] for row in rows]
-            columns.speed_mps[rows] = [vehicle.getSpeed(name) for name in ids]
-            columns.accel_mps2[rows] = [vehicle.getAcceleration(name) for name in ids]
+            columns.speed_mps[rows] = of_each(vehicle.getSpeed, ids)
+            columns.accel_mps2[rows] = of_each(vehicle.getAcceleration, ids)
 
     def read_places(self, cast: Cast, columns: Columns, rows: list[int]) -> None:
         """Fill in lanes and positions along them."""
         with self._answers():
             vehicle, number, ids = self._engine.vehicle, self._road.index_of, [cast.ids[row] for row in rows]
-            columns.lane[rows] = [number[vehicle.getLaneID(name)] for name in ids]
-            columns.position_m[rows] = [vehicle.getLanePosition(name) for name in ids]
+            columns.lane[rows] = [number[lane] for lane in of_each(vehicle.getLaneID, ids)]
+            columns.position_m[rows] = of_each(vehicle.getLanePosition, ids)
             columns.position_m[rows] = np.where(columns.lane[rows] >= 0, columns.position_m[rows], 0.0)
 
     def leaders(self, cast: Cast, lane: IntColumn, position_m: FloatColumn) -> Nearest:
@@ -384,4 +383,4 @@ class SnapshotReader:
 
 def _vehicles(ids: Iterable[str]) -> tuple[str, ...]:
     """Return the ids without those of ghosts."""
-    return tuple(vehicle_id for vehicle_id in ids if not is_ghost(vehicle_id))
+    return tuple([name for name in ids if not name.startswith(GHOST_PREFIX)])

@@ -1,4 +1,4 @@
-"""Who is bound: ids, and a row of ``placing.ROSTER`` for each, in the order in which they are placed."""
+"""Who is bound: ids, and a row of ``ROSTER`` for each, in the order in which they are placed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from xgv_cosim.errors import WorldError
-from xgv_cosim.worlds.sumo.placing import KINDS, REFUSED_STEPS, ROSTER, Way, new_row
+from xgv_cosim.worlds.sumo.placing import REFUSED_STEPS
+from xgv_cosim.worlds.sumo.placing_tables import KINDS, ROSTER, Way, new_row
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -77,8 +77,8 @@ class Straddling:
             placement: Where the plant puts the vehicles.
             before: The world before the step.
             rows: Rows of the placed vehicles in ``before``, -1 where SUMO has them nowhere.
-            roster: What is kept of them, rows of ``placing.ROSTER``; off the road the last lane counts.
-            found: Rows of ``placing.DECISION``.
+            roster: What is kept of them, rows of ``ROSTER``; off the road the last lane counts.
+            found: Rows of ``DECISION``.
             owners: Who decides on their place across the lane.
             standing: (owner, lane) of what was found in the step before.
         """

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from xgv_cosim.worlds.sumo.couplings import NO_SPEED_CHECKS, LateralEasing, enter
+from xgv_cosim.worlds.sumo.couplings import NO_SPEED_CHECKS, LateralEasing, enter, replan
 from xgv_cosim.worlds.sumo.handover import HeadingEasing, SpeedEasing
-from xgv_cosim.worlds.sumo.placing import Way
+from xgv_cosim.worlds.sumo.placing_tables import Way
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -50,6 +50,10 @@ class Switching:
                 _, left_m = self._road.project(lane, np.array([front_x_m]), np.array([front_y_m]))
                 self._lateral.begin(vehicle_id, float(left_m[0]))
             self.headings.begin(vehicle_id)
+
+    def replan(self, vehicle_id: str, way: Way, *, stops_at_red: bool) -> None:
+        """Have SUMO plan for a vehicle as for one that stops at red lights, or that may pass them."""
+        replan(self._engine, vehicle_id, self._couplings[way], stops_at_red=stops_at_red)
 
     @property
     def on_way_to_centre(self) -> Collection[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from xgv_cosim.worlds.base import Placement
-from xgv_cosim.worlds.sumo.placing import DECISION, Seen, Way
+from xgv_cosim.worlds.sumo.placing_tables import DECISION, Seen, Way
 
 if TYPE_CHECKING:
     from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column
@@ -34,7 +34,7 @@ class Written:
     way: UInt8Column
     """``Way`` by which each was written, ``NONE``: it was not."""
     found: Table
-    """Rows of ``placing.DECISION``."""
+    """Rows of ``placing_tables.DECISION``."""
     seen: Seen
 
     @cached_property

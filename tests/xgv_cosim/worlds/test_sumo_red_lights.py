@@ -1,0 +1,130 @@
+"""SUMO plans for bound cars as for ones that stop at red lights, and holds none that does not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from tests.contracts.world_contract import ahead, nobody, stay
+from tests.xgv_cosim.worlds.sumo_networks import plain_network
+from tests.xgv_cosim.worlds.sumo_traffic import car, write_config
+from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.worlds.sumo.couplings import NO_SPEED_CHECKS, PLANS_TO_STOP_AT_RED
+from xgv_cosim.worlds.sumo.libraries import load_libsumo
+from xgv_cosim.worlds.sumo.world import SumoWorld
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from xgv_cosim.columns import BoolColumn
+    from xgv_cosim.snapshot import Snapshot
+
+STEP_S = 0.1
+COMPUTER, DRIVER_STEERS = (True, True), (True, False)
+
+
+@pytest.fixture
+def crossing(tmp_path: Path) -> Iterator[Callable[..., SumoWorld]]:
+    """Return a maker of worlds with a crossing whose light is red for ``ego``, who comes from the west."""
+    nodes = "".join(
+        f'<node id="{name}" x="{x}" y="{y}" type="{kind}"/>'
+        for name, x, y, kind in (
+            ("w", -200, 0, "priority"),
+            ("c", 0, 0, "traffic_light"),
+            ("e", 200, 0, "priority"),
+            ("s", 0, -200, "priority"),
+            ("n", 0, 200, "priority"),
+        )
+    )
+    edges = "".join(
+        f'<edge id="{a}{b}" from="{a}" to="{b}" numLanes="1" speed="13.89"/>'
+        for a, b in (("w", "c"), ("c", "e"), ("s", "c"), ("c", "n"))
+    )
+    net = plain_network(tmp_path, nodes, edges)
+    made: list[SumoWorld] = []
+
+    def make(coupling: CouplingKind, *options: str) -> SumoWorld:
+        ego = car("ego", 150, 10, route="wc ce", kind="xgv")
+        world = SumoWorld.headless(write_config(tmp_path, ego, net), step_s=STEP_S, seed=1, options=options)
+        made.append(world)
+        world.start()
+        world.step(nobody())
+        world.bind("ego", coupling)
+        lights = load_libsumo().trafficlight
+        (name,) = lights.getIDList()
+        lights.setRedYellowGreenState(name, "r" * len(lights.getRedYellowGreenState(name)))
+        return world
+
+    yield make
+    for world in made:
+        world.close()
+
+
+def left_m(world: SumoWorld, snapshot: Snapshot) -> float:
+    """Return how far it is to the end of the lane."""
+    row = snapshot.index_of["ego"]
+    lane = int(snapshot.lane[row])
+    return float(world.road.lengths_m[lane] - snapshot.lane_position_m[row])
+
+
+def axes(computer: tuple[bool, bool]) -> dict[str, BoolColumn]:
+    """Return the columns of a placement that say who has which axis."""
+    return {"computer_speed": np.array([computer[0]]), "computer_steering": np.array([computer[1]])}
+
+
+@pytest.mark.parametrize("options", [(), ("--step-method.ballistic", "true")], ids=["euler", "ballistic"])
+@pytest.mark.parametrize("computer", [COMPUTER, DRIVER_STEERS], ids=["computer", "driver steers"])
+@pytest.mark.parametrize("coupling", list(CouplingKind))
+@pytest.mark.parametrize("speed_mps", [0.7, 12.0, 33.0])
+def test_a_car_that_runs_a_red_light_is_not_held_at_the_line(
+    crossing: Callable[..., SumoWorld],
+    speed_mps: float,
+    coupling: CouplingKind,
+    computer: tuple[bool, bool],
+    options: tuple[str, ...],
+) -> None:
+    world = crossing(coupling, *options)
+    vehicle = load_libsumo().vehicle
+    snapshot = world.step(stay(world._snapshot, "ego"))
+    while left_m(world, snapshot) > 8.0:  # quickly there, first of all
+        snapshot = world.step(ahead(snapshot, "ego", 25.0, STEP_S)._replace(**axes(computer)))
+    modes = set()
+    for _ in range(round(25.0 / (speed_mps * STEP_S))):
+        row = snapshot.index_of["ego"]
+        before_m = float(snapshot.front_x_m[row])
+        asked = ahead(snapshot, "ego", speed_mps, STEP_S)._replace(**axes(computer))
+        snapshot = world.step(asked)
+        row = snapshot.index_of["ego"]
+        assert snapshot.front_x_m[row] - before_m == pytest.approx(speed_mps * STEP_S, abs=1e-6)
+        assert snapshot.placement_error_m[row] <= 1e-6
+        assert vehicle.getPosition("ego")[0] == pytest.approx(float(snapshot.front_x_m[row]), abs=1e-6)
+        if not options:  # ballistic, a mean speed and one at the end have to agree, which these do not
+            assert vehicle.getSpeed("ego") == pytest.approx(speed_mps, abs=0.01)
+        modes.add(vehicle.getSpeedMode("ego"))
+    assert snapshot.front_x_m[snapshot.index_of["ego"]] > 0.0
+    assert modes >= {NO_SPEED_CHECKS}
+    assert not [line for line in world.messages if "emergency stop" in line]
+
+
+@pytest.mark.parametrize("coupling", list(CouplingKind))
+def test_sumo_plans_no_farther_than_the_red_light_for_who_waits_there(
+    crossing: Callable[..., SumoWorld], coupling: CouplingKind
+) -> None:
+    world = crossing(coupling)
+    vehicle = load_libsumo().vehicle
+    snapshot = world.step(stay(world._snapshot, "ego"))
+    assert vehicle.getSpeedMode("ego") == PLANS_TO_STOP_AT_RED
+    while (away_m := left_m(world, snapshot)) > 0.1:
+        snapshot = world.step(ahead(snapshot, "ego", min(10.0, away_m), STEP_S))
+        assert vehicle.getSpeedMode("ego") == PLANS_TO_STOP_AT_RED
+    snapshot = world.step(stay(snapshot, "ego"))
+    assert vehicle.getSpeedMode("ego") == PLANS_TO_STOP_AT_RED
+    snapshot = world.step(ahead(snapshot, "ego", 10.0, STEP_S))
+    assert vehicle.getSpeedMode("ego") == NO_SPEED_CHECKS  # for that one step
+    snapshot = world.step(ahead(snapshot, "ego", 1.0, STEP_S))
+    assert vehicle.getSpeedMode("ego") == PLANS_TO_STOP_AT_RED
+    world.release("ego")
+    assert vehicle.getSpeedMode("ego") == 31
