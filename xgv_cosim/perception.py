@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -20,8 +19,7 @@ from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.surroundings import PREVIEW_M, Beside, Surroundings
 
 
-@dataclass(frozen=True, slots=True)
-class ModeView:
+class ModeView(NamedTuple):
     """What a vehicle reports of its own modes and components."""
 
     safety_mode: str
@@ -97,8 +95,12 @@ def way_curvature(x_m: FloatMatrix, y_m: FloatMatrix) -> FloatMatrix:
 
 def lanes_beside(beside: Beside) -> list[LaneBeside | None]:
     """Return the lane to one side of each vehicle, None where no lane may be changed to."""
-    rows = zip(*(column.tolist() for column in beside), strict=True)
-    return [None if math.isnan(row[0]) else LaneBeside(*row) for row in rows]
+    found: list[LaneBeside | None] = [None] * len(beside.offset_m)
+    there = np.flatnonzero(~np.isnan(beside.offset_m))
+    lanes = map(LaneBeside, *(column[there].tolist() for column in beside))
+    for number, lane in zip(there.tolist(), lanes, strict=True):
+        found[number] = lane
+    return found
 
 
 def observe(
@@ -130,7 +132,7 @@ def observe(
     columns: dict[str, Sequence[object]] = {
         **own,
         **{name: getattr(around, name).tolist() for name in _AROUND},
-        **{name: [getattr(view, name) for view in views] for name in _MODES},
+        **dict(zip(ModeView._fields, zip(*views, strict=True), strict=True)),
         "time_s": [snapshot.time_s] * count,
         "vehicle_id": vehicle_ids,
         "lane_ahead_m": _points(lane_ahead(around, motion, slots), has_way),
@@ -153,9 +155,12 @@ _OWN = ("x_m", "y_m", "heading_rad", "speed_mps", "accel_mps2", "curvature_per_m
 _AROUND = (
     "limit_mps", "leader_gap_m", "lane_width_m", "lateral_m", "lane_changes", "lane_end_m", "route_end_m",
 )  # fmt: skip
-_MODES = tuple(field.name for field in fields(ModeView))
 
 
 def _points(matrices: FloatBlock, has_way: Sequence[bool]) -> list[Sequence[tuple[float, float]]]:
     """Return the points of each way, none where there is none."""
-    return [Points(matrix) if known else () for matrix, known in zip(matrices, has_way, strict=True)]
+    points: list[Sequence[tuple[float, float]]] = list(map(Points, matrices))
+    for number, known in enumerate(has_way):
+        if not known:
+            points[number] = ()
+    return points

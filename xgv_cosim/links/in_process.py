@@ -54,6 +54,8 @@ class InProcessLink:
             kind = type(messages).__name__
             self._report(f"act returned {kind}, expected a list of messages", kind)
             return
+        if not messages:
+            return
         strange = [message for message in messages if not isinstance(message, get_args(StackMessage))]
         if strange:
             kind = type(strange[0]).__name__

@@ -34,7 +34,7 @@ def receive(state: RunState) -> None:
         arrived = link.poll()
         for fault in link.take_faults():
             state.note(vehicle.vehicle_id, "stack_failed", reasons=(fault,))
-        if not (vehicle.devices.hears_stack and vehicle.is_computing):
+        if not (arrived and vehicle.devices.hears_stack and vehicle.is_computing):
             continue  # what a lost link carried, or nobody read, is gone; it does not arrive late
         for sender, message in arrived:
             take_in(state, vehicle, sender, message)

@@ -102,6 +102,7 @@ class KnownWays:
     """Where on its way each was last, from the beginning of the way's first lane."""
     has_limits: BoolColumn = field(default_factory=lambda: np.zeros(0, np.bool_))
     has_lines: BoolColumn = field(default_factory=lambda: np.zeros(0, np.bool_))
+    has_signals: BoolColumn = field(default_factory=lambda: np.zeros(0, np.bool_))
     _lane: IntColumn = field(default_factory=lambda: np.zeros(0, np.int64))
     _read_s: FloatColumn = field(default_factory=lambda: np.zeros(0))
 
@@ -129,7 +130,7 @@ class KnownWays:
         self.ids, self.entries = ids, [entry for entry, _ in kept]
         self.here_m = np.array([here_m for _, here_m in kept], np.float64)
         self.ways, self.beside = Ways.of(count), (BesideColumns.of(count), BesideColumns.of(count))
-        self.has_limits, self.has_lines = np.zeros((2, count), np.bool_)
+        self.has_limits, self.has_lines, self.has_signals = np.zeros((3, count), np.bool_)
         self._lane = np.array([entry.lane for entry in self.entries], np.int64)
         self._read_s = np.array([entry.read_s for entry in self.entries], np.float64)
         for number, entry in enumerate(self.entries):
@@ -139,6 +140,7 @@ class KnownWays:
         self.entries[number] = entry
         self.ways.put(number, entry.way)
         self.has_limits[number], self.has_lines[number] = bool(entry.limits), bool(entry.lines)
+        self.has_signals[number] = any(line.signal is not None for line in entry.lines)
         for columns, beside in zip(self.beside, entry.beside, strict=True):
             columns.put(number, beside)
 

@@ -136,6 +136,13 @@ def _note(any_of: BoolColumn, found: Row) -> None:
 
 
 @inlinable
+def _reach_m(place: InLane, width_m: float) -> float:
+    """Return how far a body of a width may reach from the centre line of its lane."""
+    swing_m = abs(place.lateral_m - place.body_lateral_m)  # half the length by the sine of the yaw
+    return abs(place.body_lateral_m) + swing_m + 0.5 * width_m
+
+
+@inlinable
 def _note_place(found: Row, place: InLane, before_m: float, lane_width_m: float) -> None:
     """Keep where in its lane a vehicle is."""
     found.position_m = place.position_m
@@ -219,10 +226,8 @@ def decide_in_place(
         stands = is_ours and speed_mps == 0.0 and seen.speed_mps[number] == 0.0
         row.rest_steps = row.rest_steps + 1 if stands else 0
         any_of[_RESTS] |= row.rest_steps * step_s >= rest_s
+        found.reaches_out = lane < 0 or _reach_m(place, seen.width_m[number]) > half_m
         _note_place(found, place, before_m, width_m)
-        swing_m = abs(place.lateral_m - place.body_lateral_m)  # half the length by the sine of the yaw
-        reach_m = abs(place.body_lateral_m) + swing_m + 0.5 * seen.width_m[number]
-        found.reaches_out = lane < 0 or reach_m > half_m
         _note(any_of, found)
 
 

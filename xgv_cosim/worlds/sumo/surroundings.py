@@ -203,32 +203,35 @@ class SurroundingsReader:
     ) -> tuple[Junction | None, ...]:
         """Return the next junction of each way."""
         found: list[Junction | None] = [None] * len(position_m)
+        places_m, entries = position_m.tolist(), self._known.entries
         for number in np.flatnonzero(self._known.has_lines & on_road).tolist():
-            here_m = float(position_m[number])
-            lines = self._known.entries[number].lines
-            line = next((line for line in lines if line.exit_m > here_m), None)
-            found[number] = self._junction(line, here_m, float(speed_mps[number]), foes)
+            here_m = places_m[number]
+            for line in entries[number].lines:
+                if line.exit_m > here_m:
+                    found[number] = self._junction(line, here_m, float(speed_mps[number]), foes)
+                    break
         return tuple(found)
 
     def _next_signals(self, position_m: FloatColumn, signals: Signals) -> tuple[Signal | None, ...]:
         """Return the next signal of each way."""
         found: list[Signal | None] = [None] * len(position_m)
-        for number in np.flatnonzero(self._known.has_lines).tolist():
-            here_m = float(position_m[number])
-            lines = self._known.entries[number].lines
-            line = next((line for line in lines if line.signal and line.at_m >= here_m - 1e-6), None)
-            if line is not None and line.signal is not None:
-                found[number] = Signal(line.at_m - here_m, signals.letter(line.signal))
+        places_m, entries = position_m.tolist(), self._known.entries
+        for number in np.flatnonzero(self._known.has_signals).tolist():
+            here_m = places_m[number]
+            for line in entries[number].lines:
+                if line.signal is not None and line.at_m >= here_m - 1e-6:
+                    found[number] = Signal(line.at_m - here_m, signals.letter(line.signal))
+                    break
         return tuple(found)
 
-    def _junction(self, line: Line | None, here_m: float, speed_mps: float, foes: FoesOf) -> Junction | None:
+    def _junction(self, line: Line, here_m: float, speed_mps: float, foes: FoesOf) -> Junction:
         """Return the next line at which others have a say, with who is there if it is near.
 
         Inside a junction it is the one that has been crossed, for its foes.
         """
-        if line is None:
-            return None
         line_m = line.waits_m - here_m
+        if line.signal is None and not line.conflicts:
+            return Junction(line_m, line.exit_m - here_m, _RIGHT_OF_WAY.get(line.letter, "major"))
         letter = foes.signals.letter(line.signal) if line.signal else line.letter
         right_of_way = _RIGHT_OF_WAY.get(letter, "major")
         goes_first = letter in _GO_FIRST
