@@ -41,6 +41,7 @@ def decoder(cls: type[Message]) -> Decoder:
     source = _Source({"new": object.__new__, "Message": cls})
     with source.block("def decode(data, o, header):"):
         source.add("m = new(Message)", "m.header = header")
+        _decode_single_item(source, cls)
         _decode_fields(source, cls, "m")
         with source.block("if o != len(data):"):
             source.add("raise ValueError(f'{len(data) - o} bytes more than the fields need')")
@@ -98,6 +99,32 @@ def _decode_fields(source: _Source, cls: type[Message], target: str) -> None:
     _decode_run(source, fields)
 
 
+def _decode_single_item(source: _Source, cls: type[Message]) -> None:
+    """Decode all at once what has fields of fixed size, then a list with the usual one item of such fields.
+
+    Any other message of the same size is left to the code that follows.
+    """
+    if cls.presence is not None or not cls.fields:
+        return
+    *before, last = cls.fields
+    counted = last.kind
+    if not (isinstance(counted, Counted) and isinstance(counted.item, Nested)):
+        return
+    count, item = source.fresh(), source.fresh()
+    run: list[tuple[Kind, str]] = [(field.kind, f"m.{field.name}") for field in before]
+    run += [(counted.size, count)]
+    run += [(field.kind, f"{item}.{field.name}") for field in counted.item.fields]
+    fixed = [(kind, target) for kind, target in run if isinstance(kind, Integer | Scaled | Text)]
+    if len(fixed) < len(run) or any(field.bit is not None for field in cls.fields):
+        return
+    size = Struct("<" + "".join(kind.format for kind, _ in fixed)).size
+    with source.block(f"if len(data) - o == {size}:"):
+        source.add(f"{item} = new({source.fresh(counted.item.record)})")
+        _decode_scalars(source, fixed, moves_on=False)
+        with source.block(f"if {count} == 1:"):
+            source.add(f"m.{last.name} = ({item},)", "return m")
+
+
 class _Slot(NamedTuple):
     """A value on the wire, and the expression that holds it."""
 
@@ -128,13 +155,15 @@ def _decode_run(source: _Source, slots: Iterable[_Slot]) -> None:
     _decode_scalars(source, run)
 
 
-def _decode_scalars(source: _Source, run: list[tuple[Scalar, str]]) -> None:
+def _decode_scalars(source: _Source, run: list[tuple[Scalar, str]], *, moves_on: bool = True) -> None:
     if not run:
         return
     layout = Struct("<" + "".join(kind.format for kind, _ in run))
     unpack = source.fresh(layout.unpack_from)
     values = [target if isinstance(kind, Integer) else source.fresh() for kind, target in run]
-    source.add(f"{', '.join(values)}, = {unpack}(data, o)", f"o += {layout.size}")
+    source.add(f"{', '.join(values)}, = {unpack}(data, o)")
+    if moves_on:
+        source.add(f"o += {layout.size}")
     for (kind, target), value in zip(run, values, strict=True):
         if isinstance(kind, Scaled):
             source.add(f"{target} = {_real(kind, value)}")

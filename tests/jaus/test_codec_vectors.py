@@ -7,12 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from jaus.address import JausAddress
 from jaus.codec import decode, encode
 from jaus.errors import DecodeError
 from jaus.fields import RestOfBody, Scaled
 from jaus.header import HEADER_SIZE, Header
 from jaus.messages import Ack, Message, UnknownMessage
+from jaus.messages.torc import Motion, SetMotionProfile
 from tests.jaus.golden import GOLDEN, Golden
+
+ADDRESS = JausAddress(1, 2, 3, 4)
 
 CAPTURE = Path(__file__).parents[3] / "shared" / "vectors" / "ra3_capture.json"
 
@@ -111,3 +115,20 @@ def test_an_acknowledgement_says_which_message_it_answers() -> None:
     assert acknowledged == Ack(0x0004, 263, header=answer.message.header)
     assert isinstance(request.message.header, Header)
     assert request.message.header.destination == acknowledged.header.source
+
+
+@pytest.mark.parametrize("count", [0, 2, 3, 255])
+def test_a_body_as_long_as_one_item_needs_has_one_item(count: int) -> None:
+    """Such a body is decoded all at once; one that says otherwise is wrong all the same."""
+    one = encode(SetMotionProfile(motions=(Motion(5.0, 2.0, 0.1, 0.06, 400),)).to(ADDRESS, source=ADDRESS))
+    wrong = one[: HEADER_SIZE + 1] + bytes([count]) + one[HEADER_SIZE + 2 :]
+    with pytest.raises(DecodeError):
+        decode(wrong)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 5])
+def test_lists_of_any_length_come_back(count: int) -> None:
+    motions = tuple(Motion(float(number), 2.0, 0.1, 0.06, 400) for number in range(count))
+    back = decode(encode(SetMotionProfile(motions=motions).to(ADDRESS, source=ADDRESS)))
+    assert isinstance(back, SetMotionProfile)
+    assert [round(motion.speed_mps) for motion in back.motions] == list(range(count))
