@@ -11,7 +11,7 @@ import numpy as np
 from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
 from xgv_cosim.columns import FloatBlock, FloatColumn, FloatMatrix, IntColumn
-from xgv_cosim.fleet import Motion
+from xgv_cosim.fleet_columns import Motion
 from xgv_cosim.observation import DeviceReading, LaneBeside, Observation
 from xgv_cosim.points import Points
 from xgv_cosim.road import Road

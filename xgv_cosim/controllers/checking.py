@@ -34,7 +34,7 @@ from xgv_cosim.jit import compiled, inlinable
 
 if TYPE_CHECKING:
     from xgv_cosim.columns import BoolColumn, BoolMatrix, FloatBlock, FloatMatrix, UInt8Matrix
-    from xgv_cosim.fleet import Setpoints
+    from xgv_cosim.fleet_columns import Setpoints
 
 
 class Profiles(NamedTuple):

@@ -25,7 +25,7 @@ from xgv_cosim.controllers.checking import (
     with_speed_at_rest,
 )
 from xgv_cosim.controllers.profile import advance_profile, advance_speed_profile
-from xgv_cosim.fleet import Reference, Setpoints, reference_in, reference_table, setpoint_tables
+from xgv_cosim.fleet_columns import Reference, Setpoints, reference_in, reference_table, setpoint_tables
 
 if TYPE_CHECKING:
     from xgv_cosim.columns import BoolColumn, BoolMatrix, FloatBlock, FloatMatrix, UInt8Matrix

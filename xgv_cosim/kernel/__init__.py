@@ -10,7 +10,7 @@ import numpy as np
 
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.columns import FloatMatrix, UInt8Column
-from xgv_cosim.fleet import (
+from xgv_cosim.fleet_columns import (
     Motion,
     Reference,
     Setpoints,

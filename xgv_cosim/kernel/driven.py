@@ -8,7 +8,7 @@ import numpy as np
 
 from xgv_cosim.clock import CONTROL_TICK_S, time_of_tick_s
 from xgv_cosim.columns import UInt8Column
-from xgv_cosim.fleet import (
+from xgv_cosim.fleet_columns import (
     Motion,
     Reference,
     Setpoints,

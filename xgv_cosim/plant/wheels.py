@@ -8,7 +8,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from xgv_cosim.columns import FloatColumn
-    from xgv_cosim.fleet import Motion
+    from xgv_cosim.fleet_columns import Motion
     from xgv_cosim.parameters import ParameterColumns
 
 

@@ -9,7 +9,8 @@ from xgv_cosim.actuation import Longitudinal
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.commands import CommandKind
-from xgv_cosim.fleet import Fleet, is_limited_by_grip
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet_columns import is_limited_by_grip
 from xgv_cosim.recording.quantities import BOUND_VEHICLES, EVERY_VEHICLE, quantise
 from xgv_cosim.snapshot import Snapshot
 

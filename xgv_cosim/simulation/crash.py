@@ -11,7 +11,7 @@ from enum import StrEnum
 import numpy as np
 
 from xgv_cosim.columns import BoolColumn
-from xgv_cosim.fleet import Motion, copied_motion
+from xgv_cosim.fleet_columns import Motion, copied_motion
 from xgv_cosim.simulation.state import RunState
 from xgv_cosim.snapshot import Collision, Snapshot
 from xgv_cosim.worlds.base import World

@@ -8,7 +8,8 @@ import numpy as np
 
 from xgv_cosim import kernel
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
-from xgv_cosim.fleet import Fleet, Motion, copied_motion, motion_table
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet_columns import Motion, copied_motion, motion_table
 from xgv_cosim.parameters import ParameterColumns, parameter_table
 from xgv_cosim.snapshot import Snapshot
 from xgv_cosim.worlds.base import Placement

@@ -13,7 +13,8 @@ from xgv_cosim.clock import Clock, time_of_tick_s
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn
 from xgv_cosim.controllers.references import ReferenceGenerator
 from xgv_cosim.errors import LinkError, ScenarioError, WorldError
-from xgv_cosim.fleet import Fleet, Motion, Setpoints, copied_motion
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet_columns import Motion, Setpoints, copied_motion
 from xgv_cosim.injection import Injection
 from xgv_cosim.simulation import (
     commanding,

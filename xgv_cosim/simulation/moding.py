@@ -10,7 +10,8 @@ import numpy as np
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Driver, Lateral, Longitudinal, LostFunction
 from xgv_cosim.columns import BoolColumn, FloatColumn, IntColumn, UInt8Column, WordMatrix
-from xgv_cosim.fleet import Fleet, HeldOutputs, motion_table
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet_columns import HeldOutputs, motion_table
 from xgv_cosim.parameters import parameter_table
 from xgv_cosim.vehicles.base import ModeInputs, Resolution, VehicleProfile
 

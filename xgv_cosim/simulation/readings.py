@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from xgv_cosim.commands import CommandKind, WrenchEffort
-from xgv_cosim.fleet import Motion
+from xgv_cosim.fleet_columns import Motion
 from xgv_cosim.parameters import ParameterColumns
 from xgv_cosim.plant.imperfections import measured_speed_mps
 from xgv_cosim.plant.wheels import wheel_speeds_mps

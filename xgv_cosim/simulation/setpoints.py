@@ -7,7 +7,8 @@ import numpy as np
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Gear, Longitudinal
 from xgv_cosim.columns import BoolColumn, UInt8Column
-from xgv_cosim.fleet import Fleet, Motion, Reference, Setpoints, motion_table, reference_table, setpoints_in
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet_columns import Motion, Reference, Setpoints, motion_table, reference_table, setpoints_in
 from xgv_cosim.parameters import ParameterColumns, parameter_table
 from xgv_cosim.plant.gearbox import gear_direction
 

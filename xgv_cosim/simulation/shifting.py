@@ -6,7 +6,8 @@ import math
 
 from xgv_cosim import kernel
 from xgv_cosim.clock import CONTROL_TICK_S
-from xgv_cosim.fleet import Fleet, Setpoints, motion_table, setpoint_tables
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet_columns import Setpoints, motion_table, setpoint_tables
 from xgv_cosim.parameters import parameter_table
 
 _ROUNDING_TICKS = 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from xgv_cosim.fleet import Motion
+from xgv_cosim.fleet_columns import Motion
 from xgv_cosim.perception import ModeView, observe
 from xgv_cosim.plant.imperfections import measured_speed_mps
 from xgv_cosim.simulation import drivetrain, moding, reporting

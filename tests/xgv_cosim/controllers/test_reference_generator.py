@@ -14,7 +14,7 @@ from xgv_cosim import kernel
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.controllers.checking import profile_axes
 from xgv_cosim.controllers.references import ReferenceGenerator
-from xgv_cosim.fleet import Reference, Setpoints
+from xgv_cosim.fleet_columns import Reference, Setpoints
 
 
 def _slot(columns: Reference | Setpoints, slot: int) -> Reference | Setpoints:

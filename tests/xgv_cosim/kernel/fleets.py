@@ -10,7 +10,7 @@ from xgv_cosim import kernel
 from xgv_cosim.actuation import Gear, Lateral, Longitudinal
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.controllers.references import ReferenceGenerator
-from xgv_cosim.fleet import Motion, Reference, Setpoints, idle_motion
+from xgv_cosim.fleet_columns import Motion, Reference, Setpoints, idle_motion
 from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns
 
 DEFAULTS = {

@@ -15,7 +15,7 @@ import pytest
 from numba.core import config
 
 from xgv_cosim import jit, kernel
-from xgv_cosim.fleet import Motion
+from xgv_cosim.fleet_columns import Motion
 
 PACKAGE = Path(kernel.__file__).parent.parent
 

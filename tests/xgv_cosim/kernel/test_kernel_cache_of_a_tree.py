@@ -16,7 +16,7 @@ import xgv_cosim
 ROLLS = """
 import numpy as np
 from xgv_cosim import kernel
-from xgv_cosim.fleet import Reference, idle_motion, idle_setpoints
+from xgv_cosim.fleet_columns import Reference, idle_motion, idle_setpoints
 from xgv_cosim.parameters import VehicleParameters, parameter_columns
 motion = idle_motion(1)
 motion.speed_mps[:] = 10.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.xgv_cosim.kernel.fleets import at_rest, driving, random_fleet, setpoints
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Gear, Lateral, Longitudinal
-from xgv_cosim.fleet import Motion, Reference
+from xgv_cosim.fleet_columns import Motion, Reference
 from xgv_cosim.kernel.vehicle import vehicle_of
 from xgv_cosim.parameters import ParameterColumns, VehicleParameters, parameter_columns, parameter_table
 

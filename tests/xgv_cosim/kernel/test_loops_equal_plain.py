@@ -12,7 +12,7 @@ from xgv_cosim import kernel
 from xgv_cosim.actuation import Driver, Gear, Lateral, Longitudinal
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.controllers import checking
-from xgv_cosim.fleet import motion_table, reference_table, setpoint_tables
+from xgv_cosim.fleet_columns import motion_table, reference_table, setpoint_tables
 from xgv_cosim.kernel import driven, placing, setting, settling, watching
 from xgv_cosim.parameters import parameter_table
 

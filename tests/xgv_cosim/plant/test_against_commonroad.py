@@ -20,7 +20,7 @@ from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
 from xgv_cosim import kernel
 from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.clock import CONTROL_TICK_S
-from xgv_cosim.fleet import Reference, idle_motion, idle_setpoints
+from xgv_cosim.fleet_columns import Reference, idle_motion, idle_setpoints
 from xgv_cosim.parameters import VehicleParameters, load_preset, parameter_columns
 
 FITTED_ON, HELD_OUT = 2, (1, 3)

@@ -9,7 +9,8 @@ from xgv_cosim.actuation import Lateral, Longitudinal
 from xgv_cosim.clock import CONTROL_TICK_S
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.controllers.references import ReferenceGenerator
-from xgv_cosim.fleet import Fleet, Motion, Reference
+from xgv_cosim.fleet import Fleet
+from xgv_cosim.fleet_columns import Motion, Reference
 from xgv_cosim.simulation import setpoints
 
 

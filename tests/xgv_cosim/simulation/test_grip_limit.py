@@ -14,7 +14,7 @@ from xgv_cosim.actuation import CouplingKind, Lateral, Longitudinal
 from xgv_cosim.commands import MotionProfile
 from xgv_cosim.endpoint import StackMessage
 from xgv_cosim.events import Event
-from xgv_cosim.fleet import is_limited_by_grip
+from xgv_cosim.fleet_columns import is_limited_by_grip
 from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.observation import Observation
 from xgv_cosim.parameters import VehicleParameters

@@ -9,7 +9,7 @@ from tests.xgv_cosim.simulation.bare_world import Car, injection, simulation
 from xgv_cosim import kernel
 from xgv_cosim.commands import CommandKind
 from xgv_cosim.controllers.checking import profile_axes
-from xgv_cosim.fleet import Reference
+from xgv_cosim.fleet_columns import Reference
 from xgv_cosim.injection import InjectionKind
 
 BOUND = {"speed_mps": 1e-9, "accel_mps2": 1e-8, "curvature_per_m": 1e-10, "curvature_rate_per_m_s": 1e-9}
