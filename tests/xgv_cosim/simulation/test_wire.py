@@ -74,6 +74,7 @@ from tests.xgv_cosim.simulation.wire_client import (
     motion,
     reachable,
 )
+from xgv_cosim.commands import CommandKind
 from xgv_cosim.errors import LinkError
 from xgv_cosim.injection import InjectionKind
 from xgv_cosim.links.jaus_network import JausNetwork
@@ -499,6 +500,54 @@ def test_what_a_stranger_was_refused_acts_in_no_later_message_xgv_10_59() -> Non
     command = run.fleet.command
     assert (command.throttle[slot], command.steering[slot]) == (0.0, 0.0)
     assert abs(run.fleet.motion.heading_rad[slot]) < 1e-9
+
+
+def efforts(
+    throttle: float | None = None, to_right: float | None = None, brake: float | None = None
+) -> SetWrenchEffort:
+    return SetWrenchEffort(
+        propulsive_linear_x_percent=throttle,
+        propulsive_rotational_z_percent=to_right,
+        resistive_linear_x_percent=brake,
+    )
+
+
+def executed(run: Simulation) -> tuple[float, float, float]:
+    """Return throttle, brake and steering of the efforts in force."""
+    command, slot = run.fleet.command, run.fleet.slot_of("car")
+    assert command.kind[slot] == CommandKind.WRENCH_EFFORT
+    return float(command.throttle[slot]), float(command.brake[slot]), float(command.steering[slot])
+
+
+def test_an_axis_that_is_left_out_keeps_what_is_in_force_when_the_message_acts_xgv_59() -> None:
+    """XGV-59, with latency: braking is under way when the message that steers only arrives."""
+    run, loopback = reachable(ONE, command_latency_s=0.25)
+    client = WireClient(loopback)
+    client.say(RequestComponentControl(6), PD)
+    client.say(Resume(), PD)
+    client.say(efforts(100.0, 0.0, 0.0), PD)
+    run.run_until(0.5)
+    assert executed(run) == (1.0, 0.0, 0.0)
+    client.say(efforts(throttle=0.0, brake=60.0), PD)
+    client.say(efforts(to_right=20.0), PD)
+    run.run_until(1.0)
+    assert executed(run) == pytest.approx((0.0, 0.6, -0.2), abs=0.003)
+
+
+def test_nothing_of_a_former_controllers_efforts_comes_back_xgv_59_66() -> None:
+    """XGV-59, XGV-66, with latency: the new controller's brake is under way while the former one drives."""
+    run, loopback = reachable(ONE, command_latency_s=0.25)
+    first, second = WireClient(loopback), WireClient(loopback, "second", OTHER)
+    first.say(RequestComponentControl(6), PD)
+    first.say(Resume(), PD)
+    first.say(efforts(100.0, 50.0, 0.0), PD)
+    run.run_until(0.5)
+    assert executed(run) == pytest.approx((1.0, 0.0, -0.5), abs=0.003)
+    second.say(RequestComponentControl(7), PD)
+    second.say(Resume(), PD)
+    second.say(efforts(brake=30.0), PD)
+    run.run_until(1.0)
+    assert executed(run) == pytest.approx((0.0, 0.3, 0.0), abs=0.003)
 
 
 @pytest.mark.parametrize("asks_too", [False, True])

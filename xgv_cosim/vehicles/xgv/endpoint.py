@@ -36,6 +36,7 @@ from xgv_cosim.vehicles.xgv.errors import (
 from xgv_cosim.vehicles.xgv.faults import Faults, warnings_of
 from xgv_cosim.vehicles.xgv.modes import ERRORS_DETECTED, MANUAL_SPEED, PARTIAL_MODE_ACTS_IN, PAUSES
 from xgv_cosim.vehicles.xgv.motion import CommandInForce, MotionCommand, motion_fault
+from xgv_cosim.vehicles.xgv.partial_effort import PartialWrenchEffort
 from xgv_cosim.vehicles.xgv.reasons import (
     COMPONENT_NAMES,
     mode_name,
@@ -130,8 +131,11 @@ class XgvEndpoint:
         """Take one message; one without effect is refused with a reason, or is a mere repeat.
 
         "Accepted" means that the sender controls the component, the message fits the control mode and
-        its values are valid, whatever the safety mode (cross-profile rules).
+        its values are valid, whatever the safety mode (cross-profile rules). Axes that efforts leave out keep
+        what is in force now, if the sender commanded it (XGV-59).
         """
+        if isinstance(message, PartialWrenchEffort):
+            message = message.completed(self._motion.command if self._motion.commander == sender else None)
         if self._safety_mode is SafetyMode.INACTIVE:
             return [MessageRefused(message, "the system is not active (XGV-32)")]
         if sender in {component.address for component in self._drivers.by_id.values()}:

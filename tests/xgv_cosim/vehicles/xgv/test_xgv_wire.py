@@ -51,8 +51,9 @@ from xgv_cosim.endpoint import CommandStatus, ReleaseControl, RequestControl, Se
 from xgv_cosim.errors import CommandError
 from xgv_cosim.observation import DeviceReading
 from xgv_cosim.vehicles.base import VehicleModeReport
+from xgv_cosim.vehicles.xgv.partial_effort import PartialWrenchEffort
 from xgv_cosim.vehicles.xgv.settings import Firmware
-from xgv_cosim.vehicles.xgv.wire.commands import NO_EFFORT, command_of, gear_code, gear_of, message_of
+from xgv_cosim.vehicles.xgv.wire.commands import command_of, gear_code, gear_of, message_of
 from xgv_cosim.vehicles.xgv.wire.node import XgvOnTheWire
 from xgv_cosim.vehicles.xgv.wire.reports import XgvReporter, reports_of, time_stamp
 
@@ -102,7 +103,7 @@ def through_bytes(message: Message, component: ComponentId) -> Message:
 
 def arrived(command: StackMessage) -> StackMessage | None:
     component, message = message_of(command)
-    return command_of(through_bytes(message, component), NO_EFFORT)
+    return command_of(through_bytes(message, component))
 
 
 def assert_near(got: MotionProfile, sent: MotionProfile) -> None:
@@ -146,7 +147,7 @@ def test_the_bytes_of_torcs_client_turn_right_xgv_58() -> None:
     header = bytes.fromhex("860228e3010a010101280164 0c00 0000")
     message = decode(header + bytes.fromhex("0101C4891F05268889019001"))
     assert isinstance(message, SetMotionProfile)
-    got = command_of(message, NO_EFFORT)
+    got = command_of(message)
     assert isinstance(got, MotionProfile)
     assert got.speed_mps == pytest.approx(5.0, abs=0.002)
     assert got.curvature_per_m == pytest.approx(-math.tan(0.1), abs=1e-4)
@@ -158,20 +159,22 @@ def test_a_motion_profile_of_another_version_is_refused_xgv_58(version: int, is_
     """XGV-58: version 1; clients leave it out too."""
     message = SetMotionProfile(version=version, motions=(Motion(1.0, 1.0, 0.0, 0.1, 100),))
     if is_taken:
-        assert command_of(through_bytes(message, MPD), NO_EFFORT) is not None
+        assert command_of(through_bytes(message, MPD)) is not None
     else:
         with pytest.raises(CommandError, match=r"SetMotionProfile\.version: got .* expected 1"):
-            command_of(through_bytes(message, MPD), NO_EFFORT)
+            command_of(through_bytes(message, MPD))
 
 
 def test_an_axis_that_is_left_out_keeps_what_is_in_force_xgv_59() -> None:
-    """XGV-59: not what somebody has sent, but what the car executes."""
-    in_force = WrenchEffort(0.3, 0.2, -0.1)
+    """XGV-59: not what somebody has sent, but what the car executes; nothing where it executes no effort."""
     message = through_bytes(SetWrenchEffort(resistive_linear_x_percent=50.0), PD)
-    got = command_of(message, in_force)
-    assert isinstance(got, WrenchEffort)
-    assert (got.throttle, got.steering) == (0.3, -0.1)
-    assert got.brake == pytest.approx(0.5, abs=0.002)
+    got = command_of(message)
+    assert isinstance(got, PartialWrenchEffort)
+    whole = got.completed(WrenchEffort(0.3, 0.2, -0.1))
+    assert (type(whole), whole.throttle, whole.steering) == (WrenchEffort, 0.3, -0.1)
+    assert whole.brake == pytest.approx(0.5, abs=0.002)
+    for other in (None, MotionProfile(5.0, 2.0, 0.0, 0.1, 0.4)):
+        assert got.completed(other) == WrenchEffort(0.0, whole.brake, 0.0)
 
 
 @pytest.mark.parametrize("code", range(256))
@@ -181,7 +184,7 @@ def test_every_gear_code_means_a_gear_xgv_60(code: int) -> None:
         code, Gear.DRIVE if code < 128 else Gear.REVERSE
     )
     assert gear_of(code) is expected
-    got = command_of(through_bytes(SetDiscreteDevices(gear=code), PD), NO_EFFORT)
+    got = command_of(through_bytes(SetDiscreteDevices(gear=code), PD))
     assert got == DiscreteDevices(gear=expected)
 
 
@@ -194,11 +197,11 @@ def test_a_gear_is_reported_by_its_own_code(gear: Gear) -> None:
 def test_a_message_acts_on_its_own_component_only_xgv_09(component: ComponentId) -> None:
     """XGV-09, XGV-11."""
     profile = SetMotionProfile(motions=(Motion(1.0, 1.0, 0.0, 0.1, 100),))
-    assert command_of(through_bytes(profile, component), NO_EFFORT) is None
+    assert command_of(through_bytes(profile, component)) is None
     if component is not SD:
-        assert command_of(through_bytes(SetSignals(turn_signal=1), component), NO_EFFORT) is None
+        assert command_of(through_bytes(SetSignals(turn_signal=1), component)) is None
     if component is not PD:
-        assert command_of(through_bytes(Resume(), component), NO_EFFORT) is None
+        assert command_of(through_bytes(Resume(), component)) is None
 
 
 @pytest.mark.parametrize("kind", [SetEmergency, ClearEmergency])
@@ -207,7 +210,7 @@ def test_emergency_needs_its_bit_xgv_63(
     kind: type[SetEmergency | ClearEmergency], bits: int, acts: bool
 ) -> None:
     """XGV-63: bit 0 of Set and Clear Emergency."""
-    assert (command_of(through_bytes(kind(bits), MPD), NO_EFFORT) is not None) is acts
+    assert (command_of(through_bytes(kind(bits), MPD)) is not None) is acts
 
 
 @pytest.mark.parametrize(("turn", "lights"), [(4, None), (255, None), (None, 3), (None, 7)])
@@ -215,11 +218,11 @@ def test_signals_that_mean_nothing_are_refused_xgv_61(turn: int | None, lights: 
     """XGV-61: turn signals 0 to 3, headlights 0 to 2."""
     message = SetSignals(turn_signal=turn, lights=None if lights is None else Lights(lights))
     with pytest.raises(CommandError, match="SetSignals"):
-        command_of(through_bytes(message, SD), NO_EFFORT)
+        command_of(through_bytes(message, SD))
 
 
 def test_high_beam_and_fog_are_headlights_that_are_on() -> None:
-    got = command_of(through_bytes(SetSignals(lights=Lights(0b11010)), SD), NO_EFFORT)
+    got = command_of(through_bytes(SetSignals(lights=Lights(0b11010)), SD))
     assert got == Signals(headlights=Headlights.ON)
 
 

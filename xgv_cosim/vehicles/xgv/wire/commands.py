@@ -35,6 +35,7 @@ from xgv_cosim.commands import (
 )
 from xgv_cosim.endpoint import CommandStatus, ReleaseControl, RequestControl, SetAuthority, StackMessage
 from xgv_cosim.errors import CommandError
+from xgv_cosim.vehicles.xgv.partial_effort import PartialWrenchEffort
 
 STANDS_MPS = 0.002
 """Less than this is a stop: the wire has no 0 m/s, its nearest speeds are 1 mm/s (jaus-wire, section 3)."""
@@ -75,29 +76,27 @@ _GEAR_CODES = {
 }
 
 
-NO_EFFORT = WrenchEffort(0.0, 0.0, 0.0)
-
-
-def _efforts_of(message: SetWrenchEffort, in_force: WrenchEffort) -> WrenchEffort:
-    """Return the efforts of a message; an axis that it leaves out keeps what is in force (XGV-59).
+def _efforts_of(message: SetWrenchEffort) -> WrenchEffort:
+    """Return the efforts of a message; axes that it leaves out are filled when it acts (XGV-59).
 
     Backward throttle, which no car has, is none.
     """
     throttle, brake = message.propulsive_linear_x_percent, message.resistive_linear_x_percent
     to_right = message.propulsive_rotational_z_percent
-    return WrenchEffort(
-        throttle=in_force.throttle if throttle is None else max(0.0, throttle) / _PERCENT,
-        brake=in_force.brake if brake is None else brake / _PERCENT,
-        steering=in_force.steering if to_right is None else -to_right / _PERCENT,
+    efforts = (
+        0.0 if throttle is None else max(0.0, throttle) / _PERCENT,
+        0.0 if brake is None else brake / _PERCENT,
+        0.0 if to_right is None else -to_right / _PERCENT,
     )
+    gives = throttle is not None, brake is not None, to_right is not None
+    return WrenchEffort(*efforts) if all(gives) else PartialWrenchEffort(*efforts, *gives)
 
 
-def command_of(message: Message, in_force: WrenchEffort) -> StackMessage | None:
+def command_of(message: Message) -> StackMessage | None:
     """Return what a message commands, None if it is no command that the XGV knows.
 
     Args:
         message: From whomever, addressed to one of the car's components.
-        in_force: The efforts that the car executes now, ``NO_EFFORT`` if it executes none.
 
     Raises:
         CommandError: Its values mean nothing, for example no motion at all.
@@ -105,19 +104,19 @@ def command_of(message: Message, in_force: WrenchEffort) -> StackMessage | None:
     component = message.header.destination.component
     acts_on = _ACTS_ON.get(type(message))
     if acts_on is not None:
-        return _own_command(message, in_force) if component == acts_on else None
+        return _own_command(message) if component == acts_on else None
     if component in _DRIVERS:
         return _driver_command(message, ComponentId(component))
     return None
 
 
-def _own_command(message: Message, in_force: WrenchEffort) -> StackMessage | None:
+def _own_command(message: Message) -> StackMessage | None:
     """Return the command of a message that only one component takes."""
     match message:
         case SetMotionProfile():
             return _motion_of(message)
         case SetWrenchEffort():
-            return _efforts_of(message, in_force)
+            return _efforts_of(message)
         case SetDiscreteDevices():
             return _devices_of(message)
         case SetSignals():

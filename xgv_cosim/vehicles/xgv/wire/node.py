@@ -24,7 +24,7 @@ from jaus.messages.platform import SetDiscreteDevices, SetWrenchEffort
 from jaus.messages.torc import ClearErrors, SetMotionProfile, SetSignals
 from jaus.node import Node, query_code_of
 from jaus.service_connection import ServiceConnections
-from xgv_cosim.vehicles.xgv.wire.commands import NO_EFFORT, command_of
+from xgv_cosim.vehicles.xgv.wire.commands import command_of
 from xgv_cosim.vehicles.xgv.wire.reports import (
     DEVICE_FIELDS,
     SIGNAL_FIELDS,
@@ -89,7 +89,6 @@ class XgvOnTheWire:
             connections=partial(ServiceConnections, max_rate_hz=MAX_RATE_HZ),
             ignores=unknown_to(firmware),
         )
-        self._readings = readings
 
     def command_of(self, message: Message) -> StackMessage | None:
         """Return what a message commands, None if it is no command of the car's.
@@ -97,7 +96,7 @@ class XgvOnTheWire:
         Raises:
             CommandError: Its values mean nothing.
         """
-        return command_of(message, self._readings.wrench_in_force or NO_EFFORT)
+        return command_of(message)
 
     def clears_errors(self, message: Message) -> bool:
         """Return whether a message has the Error Manager forget its errors (jaus-wire, 6.11)."""
