@@ -26,6 +26,7 @@ from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.simulation import commanding
 from xgv_cosim.simulation.addresses import port_of, stack_address, subsystem_of
 from xgv_cosim.simulation.readings import Readings
+from xgv_cosim.simulation.under_way import UnderWay
 
 if TYPE_CHECKING:
     from jaus.port import MessageReceived
@@ -59,6 +60,10 @@ class _Car:
     requests: list[_Request] = field(default_factory=list)
     gives_back: set[JausAddress] = field(default_factory=set)
     """Who has sent Release since he was given control: he need not be told that he has lost it."""
+    under_way: UnderWay = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.under_way = UnderWay(self.vehicle)
 
 
 class VehiclesOnTheWire:
@@ -102,6 +107,7 @@ class VehiclesOnTheWire:
         for car in self._cars.values():
             devices = car.vehicle.devices
             car.face.node.is_silent = not (car.vehicle.is_computing and devices.hears_stack)
+            car.under_way.count()
         for arrived in self.network.receive(now_s):
             self._take(state, arrived)
         for car in self._cars.values():
@@ -155,8 +161,7 @@ class VehiclesOnTheWire:
             return
         if command is None:
             return
-        if self._is_forged(car, client):
-            reason = f"{client.address} speaks from elsewhere than {client.transport}"
+        if reason := self._why_unheard(car, client):
             commanding.note_refusal(state, car.vehicle, type(command).__name__, reason)
             if isinstance(command, RequestControl):
                 self._send(car, command.component, RejectComponentControl(), client, message.header.sequence)
@@ -181,7 +186,18 @@ class VehiclesOnTheWire:
         elif isinstance(message, ReleaseComponentControl):
             car.gives_back.add(client.address)
         commanding.take_in(state, car.vehicle, client.address, command)
+        if car.vehicle.on_the_way:
+            return  # nothing has acted yet; what has by then is answered at the end of an exchange
+        car.under_way.count()
         self._answer(car)
+
+    def _why_unheard(self, car: _Car, client: Client) -> str:
+        """Return why a client may not command a car now, empty if he may; then he does."""
+        if self._is_forged(car, client):
+            return f"{client.address} speaks from elsewhere than {client.transport}"
+        if not car.under_way.take(client.address):
+            return f"too many messages of {client.address} are under way"
+        return ""
 
     def _is_forged(self, car: _Car, client: Client) -> bool:
         """Return whether somebody speaks as one who has control, or asks for it, but from elsewhere (XGV-65).
@@ -198,8 +214,9 @@ class VehiclesOnTheWire:
         """Confirm or reject requests that have arrived, and tell who has lost control."""
         now = car.vehicle.endpoint.component_controller
         under_way = {id(message) for _, _, message in car.vehicle.on_the_way}
-        for request in [each for each in car.requests if id(each.command) not in under_way]:
-            car.requests.remove(request)
+        arrived = [each for each in car.requests if id(each.command) not in under_way]
+        car.requests = [each for each in car.requests if id(each.command) in under_way]
+        for request in arrived:
             granted = now.get(request.command.component) == request.client.address
             answer = (
                 ConfirmComponentControl(ControlResponse.ACCEPTED) if granted else RejectComponentControl()
