@@ -17,10 +17,9 @@ from jaus.messages.core import (
     ConfirmComponentControl,
     ControlResponse,
     RejectComponentControl,
-    ReleaseComponentControl,
 )
 from jaus.service_connection import Client
-from xgv_cosim.endpoint import RequestControl, StackMessage
+from xgv_cosim.endpoint import ReleaseControl, RequestControl, StackMessage
 from xgv_cosim.errors import CommandError
 from xgv_cosim.links.in_process import InProcessLink
 from xgv_cosim.simulation import commanding
@@ -58,8 +57,9 @@ class _Car:
     clients: dict[JausAddress, Client] = field(default_factory=dict)
     """Who has control or asked for it, and where he speaks from."""
     requests: list[_Request] = field(default_factory=list)
-    gives_back: set[JausAddress] = field(default_factory=set)
-    """Who has sent Release since he was given control: he need not be told that he has lost it."""
+    gives_back: dict[tuple[JausAddress, ComponentId], StackMessage] = field(default_factory=dict)
+    """Releases that act now or are under way: who gives a component back need not be told that he has lost
+    it. One of who does not hold it is forgotten when it has acted, before he can have asked for it."""
     under_way: UnderWay = field(init=False)
 
     def __post_init__(self) -> None:
@@ -182,9 +182,8 @@ class VehiclesOnTheWire:
         if isinstance(command, RequestControl):
             car.clients[client.address] = client
             car.requests.append(_Request(client, command, message))
-            car.gives_back.discard(client.address)
-        elif isinstance(message, ReleaseComponentControl):
-            car.gives_back.add(client.address)
+        elif isinstance(command, ReleaseControl):
+            car.gives_back[client.address, command.component] = command
         commanding.take_in(state, car.vehicle, client.address, command)
         if car.vehicle.on_the_way:
             return  # nothing has acted yet; what has by then is answered at the end of an exchange
@@ -226,12 +225,11 @@ class VehiclesOnTheWire:
         for component, before in car.holders.items():
             if before is None or now[component] == before or before not in car.clients:
                 continue
-            if before not in car.gives_back:
+            if (before, component) not in car.gives_back:
                 self._send(car, component, RejectComponentControl(), car.clients[before])
         car.holders = now
         asking = {request.client.address for request in car.requests}
-        waiting = {sender for _, sender, _ in car.vehicle.on_the_way}
-        car.gives_back &= {*now.values(), *waiting}
+        car.gives_back = {key: each for key, each in car.gives_back.items() if id(each) in under_way}
         for address in [each for each in car.clients if each not in now.values() and each not in asking]:
             del car.clients[address]
 

@@ -591,6 +591,41 @@ def test_a_strangers_release_does_not_hide_that_control_is_lost() -> None:
     assert len(first.listen(RejectComponentControl)) == 1
 
 
+@pytest.mark.parametrize("latency_s", [0.0, 0.25])
+def test_who_gave_back_one_component_is_told_that_he_has_lost_the_other_xgv_66(latency_s: float) -> None:
+    """XGV-66: he controls both himself, and releases the Primitive Driver only."""
+    run, loopback = reachable(ONE, command_latency_s=latency_s)
+    first, second = WireClient(loopback), WireClient(loopback, "second", OTHER)
+    for component in (PD, MPD):
+        first.say(RequestComponentControl(6), component)
+    run.run_until(0.5)
+    holders = run.state.vehicles["car"].endpoint.component_controller
+    assert holders == {PD: OWN, MPD: OWN}
+    first.say(ReleaseComponentControl(), PD)
+    second.say(RequestComponentControl(9), MPD)
+    run.run_until(1.0)
+    assert [told.header.source.component for told in first.listen(RejectComponentControl)] == [MPD]
+    assert len(second.listen(ConfirmComponentControl)) == 1
+
+
+@pytest.mark.parametrize("latency_s", [0.0, 0.25])
+def test_a_release_of_what_one_does_not_hold_hides_no_later_loss_xgv_66(latency_s: float) -> None:
+    """XGV-66: neither of the same component nor of the other one."""
+    run, loopback = reachable(ONE, command_latency_s=latency_s)
+    first, second = WireClient(loopback), WireClient(loopback, "second", OTHER)
+    first.say(ReleaseComponentControl(), MPD)
+    first.say(RequestComponentControl(6), MPD)
+    first.say(ReleaseComponentControl(), PD)  # which the Motion Profile Driver has
+    second.say(RequestComponentControl(9), MPD)
+    run.run_until(0.5)
+    assert len(first.listen(ConfirmComponentControl)) == (1 if latency_s == 0.0 else 0)
+    assert len(second.listen(ConfirmComponentControl)) == 1
+    second.say(ReleaseComponentControl(), PD)
+    first.say(RequestComponentControl(10), MPD)
+    run.run_until(1.0)
+    assert [told.header.source.component for told in second.listen(RejectComponentControl)] == [MPD]
+
+
 def test_through_a_lost_link_nobody_is_told_that_he_has_lost_control() -> None:
     """Nor does traffic to another car keep the control of this one (XGV-65)."""
     run, loopback = reachable(
