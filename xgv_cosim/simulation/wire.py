@@ -170,11 +170,14 @@ class VehiclesOnTheWire:
 
     def _clear_errors(self, state: RunState, car: _Car, client: Client) -> None:
         """Have latched errors forgotten by one who has control: who is a stranger moves no car (XGV-10)."""
-        if client.address in car.holders.values() and not self._is_forged(car, client):
-            state.errors_to_clear.append(car.vehicle.vehicle_id)
-        else:
+        if self._is_forged(car, client):
+            reason = _forged(client)
+        elif client.address not in car.vehicle.endpoint.component_controller.values():
             reason = f"{client.address} controls no component of the car"
-            commanding.note_refusal(state, car.vehicle, "ClearErrors", reason)
+        else:
+            state.errors_to_clear.append(car.vehicle.vehicle_id)
+            return
+        commanding.note_refusal(state, car.vehicle, "ClearErrors", reason)
 
     def _command(
         self, state: RunState, car: _Car, client: Client, message: Message, command: StackMessage
@@ -193,7 +196,7 @@ class VehiclesOnTheWire:
     def _why_unheard(self, car: _Car, client: Client) -> str:
         """Return why a client may not command a car now, empty if he may; then he does."""
         if self._is_forged(car, client):
-            return f"{client.address} speaks from elsewhere than {client.transport}"
+            return _forged(client)
         if not car.under_way.take(client.address):
             return f"too many messages of {client.address} are under way"
         return ""
@@ -249,3 +252,7 @@ class VehiclesOnTheWire:
             if self.network.heard_s(client.transport, car.port) >= now_s:
                 car.vehicle.endpoint.heard(address, state.now_s)
                 state.alarms.touch(car.vehicle)
+
+
+def _forged(client: Client) -> str:
+    return f"{client.address} speaks from elsewhere than {client.transport}"
