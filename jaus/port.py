@@ -18,15 +18,17 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 
 from jaus.address import BROADCAST
+from jaus.allowance import Allowance
 from jaus.codec import Decoded, encode_parts
 from jaus.errors import DecodeError, EncodeError, LocalProtocolError
 from jaus.event_queue import EventQueue
 from jaus.header import Header
 from jaus.messages import Message, MessagePart
 from jaus.messages.core import CreateServiceConnection
-from jaus.node import Node
+from jaus.node import Node, report_code_of
 from jaus.packet import (
     Framing,
     acknowledgement,
@@ -67,7 +69,10 @@ class MessageNotSent:
 MAX_MESSAGES = 64
 """How many messages a datagram may hold: a short one in, and not a flood of answers out."""
 MAX_BROADCASTS = 4
-"""How many of them may be to more than one component: each may be answered by all nodes."""
+"""How many messages to more than one component a peer may send in a second: each may be answered by all
+nodes, and who is answered need not be who has asked."""
+MAX_BROADCAST_QUERIES = 64
+"""How many of them that are answered all peers together may send: a source is easily invented."""
 _MISSED_HEARTBEATS_S = 5.0
 _MAX_CLIENTS_KEPT = 512
 _NO_SENDER = frozenset({0, BROADCAST})
@@ -86,6 +91,7 @@ class _Peer:
     is_heard: bool = False
     clients: dict[int, Client] = field(default_factory=dict)
     """By JAUS id, so that not each message makes a new one."""
+    broadcasts: Allowance = field(default_factory=partial(Allowance, MAX_BROADCASTS))
 
 
 class Port:
@@ -131,6 +137,7 @@ class Port:
         self._outgoing: list[tuple[bytes, Hashable]] = []
         self._waiting: dict[Hashable, int] = {}
         """How many of them go where."""
+        self._queries = Allowance(MAX_BROADCAST_QUERIES)
         self.messages_not_sent = 0
         """How many messages could not go out, as ``MessageNotSent`` tells of each."""
         self._reassembly: dict[Hashable, Reassembly] = {}
@@ -172,14 +179,9 @@ class Port:
         except DecodeError as error:
             self._refuse(source, str(error))
             return
-        broadcasts = 0
         for packet in packets:
             if self._events.is_full:
                 self._refuse(source, "as many messages wait as may")
-                return
-            broadcasts += BROADCAST in packet[_DESTINATION_BYTES]
-            if broadcasts > MAX_BROADCASTS:
-                self._refuse(source, f"more than {MAX_BROADCASTS} messages to more than one component")
                 return
             self._receive_packet(packet, framing, source, now_s)
         if flaw is not None:
@@ -232,8 +234,8 @@ class Port:
             return
         try:
             message = decode_packet(framing, packet)
-            if not self._knows(source, framing, now_s):
-                self._refuse(source, f"{self._max_peers} peers are known already")
+            if refusal := self._why_refused(message, source, framing, now_s):
+                self._refuse(source, refusal)
                 return
             whole = self._whole(message, source)
         except DecodeError as error:
@@ -253,6 +255,20 @@ class Port:
                 self._events.add(MessageReceived(node, client, whole))
             for each in answers or ():
                 self._post(each, source, framing)
+
+    def _why_refused(self, message: Decoded, source: Hashable, framing: Framing, now_s: float) -> str:
+        """Return why a message is refused before anybody sees it, empty if it is not; then it is counted."""
+        if not self._knows(source, framing, now_s):
+            return f"{self._max_peers} peers are known already"
+        if BROADCAST not in message.header.destination_id.to_bytes(4, "little"):
+            return ""
+        if not self._peers[source].broadcasts.take(now_s):
+            most, what = MAX_BROADCASTS, "messages"
+        elif report_code_of(message.code) is not None and not self._queries.take(now_s):
+            most, what = MAX_BROADCAST_QUERIES, "queries of all peers"
+        else:
+            return ""
+        return f"more than {most} {what} to more than one component in a second"
 
     def _is_forged(self, packet: bytes) -> bool:
         """Return whether the source is no address, or one of this port's own nodes."""
@@ -292,6 +308,9 @@ class Port:
         self._events.note(DatagramRefused(source, reason))
 
     def _post(self, message: Message, transport: Hashable, framing: Framing) -> None:
+        if self._waiting.get(transport, 0) >= self._max_waiting:  # a flood is not to cost its encoding too
+            self._no_room(transport)
+            return
         try:
             datagrams = pack_datagrams(framing, encode_parts(message))
         except EncodeError as error:
@@ -302,10 +321,13 @@ class Port:
     def _put(self, datagrams: list[bytes], transport: Hashable) -> None:
         waiting = self._waiting.get(transport, 0) + len(datagrams)
         if waiting > self._max_waiting:
-            self._not_sent(transport, f"{self._max_waiting} datagrams wait for it already")
+            self._no_room(transport)
             return
         self._waiting[transport] = waiting
         self._outgoing += [(each, transport) for each in datagrams]
+
+    def _no_room(self, transport: Hashable) -> None:
+        self._not_sent(transport, f"{self._max_waiting} datagrams wait for it already")
 
     def _not_sent(self, transport: Hashable, reason: str) -> None:
         self.messages_not_sent += 1

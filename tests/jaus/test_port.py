@@ -594,18 +594,58 @@ def test_the_application_sends_by_itself(port: Port, wire: Wire) -> None:
     assert isinstance(message, SetWrenchEffort)
 
 
-def test_a_datagram_holds_few_messages_that_everybody_answers() -> None:
-    """Each of them may be answered by all nodes: one datagram would make thousands."""
-    port = Port([node(1), node(2)])
+def asked_of_everybody(wire: Wire, number: int, now_s: float) -> tuple[int, set[str]]:
+    """Return how many answers queries to everybody draw in one datagram, and why some are refused."""
     everybody = JausAddress(255, 255, 1, 1)
-    packets = [encode(QueryIdentification(2).to(everybody, source=OWN)) for _ in range(10)]
-    (datagram,) = pack_datagrams(Framing.JUDP1, packets, max_messages=10)
-    port.receive_datagram(datagram, CLIENT, 0.0)
-    refused = [event for event in iter(port.next_event, None) if isinstance(event, DatagramRefused)]
-    assert [event.reason for event in refused] == ["more than 4 messages to more than one component"]
-    answers = [data for data, place in port.datagrams_to_send(0.0) if place == CLIENT]
-    reports = [p for data in answers for p in unpack_datagram(data)[1]]
-    assert sum(isinstance(decode(p), ReportIdentification) for p in reports) == 4 * 2
+    packets = [encode(QueryIdentification(2).to(everybody, source=OWN)) for _ in range(number)]
+    (datagram,) = pack_datagrams(Framing.JUDP1, packets, max_messages=number)
+    wire.port.receive_datagram(datagram, wire.transport, now_s)
+    wire.now_s = now_s
+    refused = {event.reason for event in wire.events() if isinstance(event, DatagramRefused)}
+    return sum(isinstance(message, ReportIdentification) for message in wire.heard()), refused
+
+
+def test_few_messages_that_everybody_answers_are_taken_of_one_peer(port: Port, wire: Wire) -> None:
+    """Not so many in each datagram, but in a second: all nodes answer, to wherever it seems to come from."""
+    refusal = "more than 4 messages to more than one component in a second"
+    assert asked_of_everybody(wire, 10, 0.0) == (4 * 2, {refusal})
+    for late_s in (0.0, 0.3, 0.99):
+        assert asked_of_everybody(wire, 1, late_s) == (0, {refusal})
+    assert asked_of_everybody(Wire(port, OTHER), 1, 0.99) == (2, set())
+    assert asked_of_everybody(wire, 4, 1.0) == (4 * 2, set())
+    wire.send(QueryComponentStatus().to(at(PD), source=OWN))
+    assert len(wire.heard()) == 1
+
+
+def test_all_peers_together_too_ask_only_so_much_of_everybody() -> None:
+    """A source is easily invented."""
+    port = Port([node(1), node(2)])
+    answers = [asked_of_everybody(Wire(port, number), 2, 0.5) for number in range(60)]
+    assert sum(number for number, _ in answers) == 64 * 2
+    refusal = "more than 64 queries of all peers to more than one component in a second"
+    assert answers[-1] == (0, {refusal})
+    pulse = ReportHeartbeatPulse().to(EVERYONE, source=OWN)  # which is not answered
+    late = Wire(port, 59)
+    late.now_s = 0.5
+    late.send(pulse)
+    assert [type(event) for event in late.events()] == [MessageReceived] * 2
+    assert asked_of_everybody(Wire(port, 59), 2, 1.5) == (2 * 2, set())
+
+
+def test_what_there_is_no_room_for_is_not_even_encoded(monkeypatch: pytest.MonkeyPatch) -> None:
+    port = Port([node(1)], max_waiting=10)
+    wire = Wire(port)
+    encoded = []
+
+    def counted(message: Message) -> list[bytes]:
+        encoded.append(message)
+        return encode_parts(message)
+
+    monkeypatch.setattr("jaus.port.encode_parts", counted)
+    wire.send(*[QueryComponentStatus().to(at(PD), source=OWN) for _ in range(30)])
+    assert len(encoded) == 10
+    assert port.messages_not_sent == 20
+    assert len(wire.heard()) == 10
 
 
 def test_what_a_component_has_never_heard_of_it_does_not_even_refuse_xgv_53() -> None:
