@@ -108,6 +108,8 @@ class Port:
             and not acknowledged.
         max_notices: How many other events may wait; the oldest give way.
         max_waiting: How many datagrams may wait for one peer between two ``datagrams_to_send``.
+        max_parts_size: How many bytes of large messages that are not whole may be kept for all peers;
+            when there are more, the peer that keeps the most loses its own.
 
     Raises:
         LocalProtocolError: Two nodes have the same subsystem and node number.
@@ -123,6 +125,7 @@ class Port:
         max_events: int = 10_000,
         max_notices: int = 1_000,
         max_waiting: int = 4096,
+        max_parts_size: int = 1 << 22,
     ) -> None:
         self._nodes: dict[tuple[int, int], Node] = {}
         for node in nodes:
@@ -141,6 +144,8 @@ class Port:
         self.messages_not_sent = 0
         """How many messages could not go out, as ``MessageNotSent`` tells of each."""
         self._reassembly: dict[Hashable, Reassembly] = {}
+        self._max_parts_size = max_parts_size
+        self._parts_size = 0
 
     @property
     def notices_dropped(self) -> int:
@@ -286,9 +291,20 @@ class Port:
 
     def _whole(self, message: Decoded, source: Hashable) -> Decoded | None:
         """Return the message, None while parts of it are missing."""
-        if isinstance(message, MessagePart):
-            return self._reassembly.setdefault(source, Reassembly()).add(message)
-        return message
+        if not isinstance(message, MessagePart):
+            return message
+        parts = self._reassembly.setdefault(source, Reassembly())
+        before = parts.size
+        try:
+            return parts.add(message)
+        finally:
+            self._parts_size += parts.size - before
+            while self._parts_size > self._max_parts_size:
+                self._drop_parts(max(self._reassembly, key=lambda each: self._reassembly[each].size))
+
+    def _drop_parts(self, source: Hashable) -> None:
+        parts = self._reassembly.pop(source, None)
+        self._parts_size -= 0 if parts is None else parts.size
 
     def _addressed(self, jaus_id: int) -> list[Node]:
         subsystem, number = jaus_id >> 24, jaus_id >> 16 & 0xFF
@@ -363,7 +379,7 @@ class Port:
             peer.clients.clear()
         else:
             del self._peers[transport]
-        self._reassembly.pop(transport, None)
+        self._drop_parts(transport)
         for node in self._nodes.values():
             node.forget(transport)
 

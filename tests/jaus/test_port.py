@@ -355,6 +355,24 @@ def test_beginnings_of_large_messages_from_anywhere_are_not_kept() -> None:
     assert len(port._reassembly) <= 3
 
 
+def test_parts_of_large_messages_have_one_bound_for_all_peers_together() -> None:
+    """Who keeps the most loses his own; others' messages become whole."""
+    port = Port([node(1)], max_peers=100, max_parts_size=60_000)
+    own, *parts = encode_parts(Event(1, 0x4002, 0, bytes(9000)).to(at(PD), source=OWN))
+    wire = Wire(port)
+    wire.send(own)
+    large = encode_parts(Event(1, 0x4002, 0, bytes(30_000)).to(at(PD), source=OWN))
+    for number in range(50):
+        for part in large[:-1]:
+            Wire(port, number).send(part)
+            assert sum(each.size for each in port._reassembly.values()) == port._parts_size <= 60_000
+    wire.send(*parts)
+    (whole,) = wire.events()
+    assert isinstance(whole, MessageReceived)
+    port.datagrams_to_send(100.0)
+    assert port._parts_size == 0
+
+
 def test_events_that_nobody_takes_do_not_pile_up() -> None:
     port = Port([node(1)], max_notices=10)
     for _ in range(100):
@@ -573,6 +591,7 @@ def assert_bounded(port: Port) -> None:
     assert all(len(peer.clients) <= 512 for peer in port._peers.values())
     assert port._reassembly.keys() <= port._peers.keys()
     assert all(len(each) <= 4 and each.size <= 4 << 18 for each in port._reassembly.values())
+    assert sum(each.size for each in port._reassembly.values()) == port._parts_size <= 1 << 22
     assert sum(port._waiting.values()) == len(port._outgoing)
     assert all(number <= 4096 for number in port._waiting.values())
     assert len(port._events) <= 10_000 + 1_000 + len(port._nodes)
