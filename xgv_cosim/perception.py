@@ -132,7 +132,7 @@ def observe(
     columns: dict[str, Sequence[object]] = {
         **own,
         **{name: getattr(around, name).tolist() for name in _AROUND},
-        **dict(zip(ModeView._fields, zip(*views, strict=True), strict=True)),
+        **{name: [view[place] for view in views] for place, name in enumerate(ModeView._fields)},
         "time_s": [snapshot.time_s] * count,
         "vehicle_id": vehicle_ids,
         "lane_ahead_m": _points(lane_ahead(around, motion, slots), has_way),

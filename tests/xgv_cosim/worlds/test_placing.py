@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from types import FunctionType
+
 import numpy as np
 import pytest
 from numpy.random import Generator
 
+from xgv_cosim import actuation
 from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.worlds.sumo import in_lane, lane_table, placing, placing_tables
 from xgv_cosim.worlds.sumo.lane_table import LaneTables, point_ahead
 from xgv_cosim.worlds.sumo.placing import decide, decide_in_place
 from xgv_cosim.worlds.sumo.placing_tables import DECISION, Seen, Wanted, Way, new_row
@@ -134,3 +139,16 @@ def test_what_is_exact_is_mirrored_after_five_steps_and_no_longer_when_it_is_not
         wanted = Wanted(*(np.array([value]) for value in (*pose, turned, 1.0, 0.1, True, True)))
         ways.append(Way(decide(road.tables, row, seen, wanted, STEP_S, REST_S).found["way"][0]))
     assert ways == [Way.FREE] * 4 + [Way.MIRROR] * 3 + [Way.FREE] * 2
+
+
+def test_the_machine_code_is_named_by_every_file_that_it_is_made_from() -> None:
+    """What is inlined comes from these modules; one left out would leave stale machine code (issue 4.4)."""
+    functions = [
+        function
+        for module in (placing, in_lane, lane_table)
+        for function in vars(module).values()
+        if isinstance(function, FunctionType) and function.__module__.startswith("xgv_cosim.worlds")
+    ]
+    files = {Path(function.__code__.co_filename) for function in functions}
+    tables = {Path(str(module.__file__)) for module in (placing_tables, actuation)}
+    assert set(placing.placing_sources()) == files | tables

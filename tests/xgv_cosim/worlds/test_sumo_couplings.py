@@ -10,6 +10,7 @@ import pytest
 from tests.contracts.world_contract import nobody, place
 from tests.xgv_cosim.worlds.sumo_traffic import car
 from xgv_cosim.actuation import CouplingKind
+from xgv_cosim.worlds.sumo.bindings import TELLING_STEPS
 from xgv_cosim.worlds.sumo.couplings import EASING_RATE_MPS
 from xgv_cosim.worlds.sumo.libraries import load_libsumo
 
@@ -116,16 +117,42 @@ def test_sumo_is_told_the_lateral_position_when_it_has_changed(
     monkeypatch.setattr(
         ego.libsumo.vehicle, "setLateralLanePosition", lambda *given: told.append(given) or own(*given)
     )
-    for _ in range(8):
+    for _ in range(40):
         ego.drive(10.0, lateral_m=0.2)
-    assert [offset_m for _, offset_m in told] == pytest.approx([0.2])
+    assert 40 / TELLING_STEPS - 1 <= len(told) <= 40 / TELLING_STEPS + 1
+    assert [offset_m for _, offset_m in told] == pytest.approx([0.2] * len(told))
     for lateral_m in (0.2, 0.2001, 0.2001, 0.2):
         assert ego.drive(10.0, lateral_m=lateral_m).lateral_m == pytest.approx(lateral_m, abs=1e-9)
-    assert [offset_m for _, offset_m in told] == pytest.approx([0.2, 0.2001, 0.2])
     ego.drive(10.0, WORLD)
     ego.drive(10.0, lateral_m=0.2)  # in between it was eased to the centre
     for _ in range(8):
         assert ego.drive(10.0, lateral_m=0.2).lateral_m == pytest.approx(0.2, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", [CouplingKind.LANE, CouplingKind.AUTO])
+def test_what_a_script_says_of_the_lateral_position_is_put_right(sumo: NewWorld, kind: CouplingKind) -> None:
+    ego = Ego(sumo(EGO), kind)
+    for _ in range(12):
+        ego.drive(10.0, lateral_m=0.3)
+    ego.libsumo.vehicle.setLateralLanePosition("ego", -0.5)
+    laterals = [ego.drive(10.0, lateral_m=0.3).lateral_m for _ in range(TELLING_STEPS)]
+    assert laterals[-1] == pytest.approx(0.3, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", [CouplingKind.LANE, CouplingKind.AUTO])
+def test_bound_again_and_on_the_next_edge_sumo_knows_the_lateral_position(
+    sumo: NewWorld, kind: CouplingKind
+) -> None:
+    ego = Ego(sumo(car("ego", 120, 10, route="A1B1 B1C1", kind="xgv"), net="urban_grid"), kind)
+    lanes = set()
+    for step in range(90):
+        if step == 30:
+            ego.world.release("ego")
+            ego.world.bind("ego", kind)
+        state = ego.drive(10.0, lateral_m=0.25)
+        lanes.add(state.lane_id)
+        assert state.lateral_m == pytest.approx(0.25, abs=1e-6)
+    assert len(lanes) > 1
 
 
 @pytest.mark.parametrize("kind", [CouplingKind.LANE, CouplingKind.AUTO])
@@ -288,7 +315,7 @@ def test_modes_are_switched_on_changes_only_and_the_type_is_untouched(sumo: NewW
     for computer in (WORLD, COMPUTER, DRIVER_STEERS, DRIVER_DRIVES, WORLD):
         ego.drive(10.0, computer)
         seen.append((vehicle.getSpeedMode("ego"), vehicle.getLaneChangeMode("ego")))
-    assert seen == [(31, 1621), (16, 0), (16, 0), (31, 0), (31, 1621)]
+    assert seen == [(31, 1621), (0, 0), (0, 0), (31, 0), (31, 1621)]
     vehicle.setLaneChangeMode("ego", 512)
     ego.drive(10.0, WORLD)
     assert vehicle.getLaneChangeMode("ego") == 512  # nobody wrote it again

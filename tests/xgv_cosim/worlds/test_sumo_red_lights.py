@@ -116,15 +116,56 @@ def test_sumo_plans_no_farther_than_the_red_light_for_who_waits_there(
     world = crossing(coupling)
     vehicle = load_libsumo().vehicle
     snapshot = world.step(stay(world._snapshot, "ego"))
-    assert vehicle.getSpeedMode("ego") == PLANS_TO_STOP_AT_RED
     while (away_m := left_m(world, snapshot)) > 0.1:
-        snapshot = world.step(ahead(snapshot, "ego", min(10.0, away_m), STEP_S))
-        assert vehicle.getSpeedMode("ego") == PLANS_TO_STOP_AT_RED
-    snapshot = world.step(stay(snapshot, "ego"))
+        assert vehicle.getSpeedMode("ego") == NO_SPEED_CHECKS  # others see it coming
+        snapshot = world.step(ahead(snapshot, "ego", min(10.0, max(0.5, away_m)), STEP_S))
+    for _ in range(3):
+        snapshot = world.step(stay(snapshot, "ego"))
     assert vehicle.getSpeedMode("ego") == PLANS_TO_STOP_AT_RED
-    snapshot = world.step(ahead(snapshot, "ego", 10.0, STEP_S))
-    assert vehicle.getSpeedMode("ego") == NO_SPEED_CHECKS  # for that one step
-    snapshot = world.step(ahead(snapshot, "ego", 1.0, STEP_S))
+    snapshot = world.step(ahead(snapshot, "ego", 1.5, STEP_S))
+    assert vehicle.getSpeedMode("ego") == NO_SPEED_CHECKS
+    for _ in range(3):
+        snapshot = world.step(stay(snapshot, "ego"))
     assert vehicle.getSpeedMode("ego") == PLANS_TO_STOP_AT_RED
     world.release("ego")
     assert vehicle.getSpeedMode("ego") == 31
+
+
+@pytest.mark.parametrize(("own", "others"), [("y", "g"), ("y", "y"), ("r", "g")])
+def test_who_turns_across_yields_to_a_car_that_passes_the_light(
+    tmp_path: Path, own: str, others: str
+) -> None:
+    """The light changes 40 m before the line; the car goes on, as a stack or a driver may."""
+    nodes = "".join(
+        f'<node id="{name}" x="{x}" y="{y}" type="{kind}"/>'
+        for name, x, y, kind in (
+            ("w", -200, 0, "priority"),
+            ("c", 0, 0, "traffic_light"),
+            ("e", 200, 0, "priority"),
+            ("s", 0, -200, "priority"),
+        )
+    )
+    ways = ("wc", "ce", "ec", "cw", "cs")
+    edges = "".join(
+        f'<edge id="{way}" from="{way[0]}" to="{way[1]}" numLanes="1" speed="13.89"/>' for way in ways
+    )
+    net = plain_network(tmp_path, nodes, edges)
+    cars = car("ego", 100, 12, route="wc ce", kind="xgv") + car("turns", 135, 8, route="ec cs")
+    world = SumoWorld.headless(write_config(tmp_path, cars, net), step_s=STEP_S, seed=1)
+    world.start()
+    snapshot = world.step(nobody())
+    world.bind("ego", CouplingKind.AUTO)
+    lights, vehicle = load_libsumo().trafficlight, load_libsumo().vehicle
+    (name,) = lights.getIDList()
+    links = [link[0][:2] for link in lights.getControlledLinks(name)]
+    letters = {("wc_0", "ce_0"): "G", ("ec_0", "cs_0"): "g"}
+    slowest_mps = 99.0
+    while (front_m := float(snapshot.front_x_m[snapshot.index_of["ego"]])) < 10.0:
+        if front_m > -40.0:
+            letters = {("wc_0", "ce_0"): own, ("ec_0", "cs_0"): others}
+        lights.setRedYellowGreenState(name, "".join(letters.get(link, "r") for link in links))
+        snapshot = world.step(ahead(snapshot, "ego", 12.0, STEP_S))
+        assert snapshot.collisions == ()
+        slowest_mps = min(slowest_mps, vehicle.getSpeed("turns"))
+    world.close()
+    assert slowest_mps < 0.1

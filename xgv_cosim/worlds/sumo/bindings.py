@@ -39,6 +39,9 @@ _NONE, _FREE = np.uint8(Way.NONE), np.uint8(Way.FREE)
 _PLACED_ACROSS = np.isin(np.arange(len(Way)), (Way.FREE, Way.LANE, Way.CAR_FOLLOWING))
 """By ``Way``: whose shadow is cleared. Not of the mirrored: it would turn them, and free ones come before."""
 
+TELLING_STEPS = 10
+"""After so many steps at the latest SUMO is told again how far a vehicle is across its lane: it has the last
+word, and a script may have told it otherwise."""
 _TURNED_RAD = 0.003
 """SUMO has a vehicle along its lane that is turned no further; with a lane change it turns by degrees."""
 
@@ -65,6 +68,7 @@ class Bindings:
         self._held = Held(engine, self._couplings.free, self._standstill)
         self.written = nothing_written()
         """What the last step wrote."""
+        self._num_steps = 0
         self.ghosts = Ghosts(engine, road, self._standstill)
 
     @property
@@ -153,6 +157,8 @@ class Bindings:
         self.written = nothing_written()
         if not before.ids:
             return
+        self._num_steps += 1
+        roster["told_lane"][self._num_steps % TELLING_STEPS :: TELLING_STEPS] = -1
         self._held.write(before)
         rows = before.rows_of(placement.ids)
         seen = self._seen(placement, before, rows)
@@ -162,7 +168,7 @@ class Bindings:
         if decided.replans:
             self._replan(placement, roster, seen, decided.found)
         ways = self._ways(placement, before, rows, roster, seen, decided)
-        self._clear_shadows(placement, roster, ways, seen, decided.found)
+        self._clear_shadows(placement, roster, ways, seen)
         for way, count in enumerate(np.bincount(ways).tolist()):
             if way and count:
                 chosen = (ways == way).nonzero()[0]
@@ -230,9 +236,7 @@ class Bindings:
             ways[stirred] = _NONE
         return ways
 
-    def _clear_shadows(
-        self, placement: Placement, roster: Table, ways: UInt8Column, seen: Seen, found: Table
-    ) -> None:
+    def _clear_shadows(self, placement: Placement, roster: Table, ways: UInt8Column, seen: Seen) -> None:
         """Take away what SUMO leaves in the lane beside of those who have come onto another lane."""
         placed = _PLACED_ACROSS[ways] & ~roster["changes_lane"]  # only then is it known what is left
         entered = np.flatnonzero(placed & (roster["cleared_lane"] != seen.lane))
@@ -242,7 +246,6 @@ class Bindings:
             [placement.ids[number] for number in entered.tolist()], seen.lane[entered].tolist()
         )
         roster["cleared_lane"][entered] = seen.lane[entered]
-        found["shifts"][entered] = True  # they are at the centre now
 
     def _seen(self, placement: Placement, before: Snapshot, rows: IntColumn) -> Seen:
         """Return the placed vehicles as SUMO has them before the step."""

@@ -54,12 +54,16 @@ class OverSocket(Protocol):
 def direct(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return what a function of the module libsumo hands its arguments to, or the function itself.
 
-    libsumo's functions are Python functions that call one of its compiled part each; for a fleet
-    these calls count (measured: a quarter of what it takes to tell SUMO a speed).
+    Most of libsumo's functions are Python functions that do nothing but call one of its compiled part;
+    for a fleet these calls count (measured: a quarter of what it takes to tell SUMO a speed). A function
+    that does more, or that somebody has put in their place, is returned as it is.
     """
-    core = getattr(sys.modules.get(function.__module__ or ""), "_libsumo", None)
-    behind: Callable[..., Any] = getattr(core, function.__qualname__.replace(".", "_"), function)
-    return behind
+    match getattr(getattr(function, "__code__", None), "co_names", ()):
+        case ("_libsumo", name):
+            core = getattr(sys.modules.get(function.__module__), "_libsumo", None)
+            behind: Callable[..., Any] = getattr(core, name, function)
+            return behind
+    return function
 
 
 def for_each(function: Callable[..., object], *columns: Iterable[object]) -> None:

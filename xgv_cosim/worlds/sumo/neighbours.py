@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
-from xgv_cosim.worlds.sumo.engine import direct
 from xgv_cosim.worlds.sumo.traffic_lanes import LaneTraffic
 
 if TYPE_CHECKING:
@@ -97,7 +96,7 @@ class NeighbourReader:
         nearest = Nearest.nobody(len(index_of))
         hidden: list[str] = []
         """Whose answer is their own ghost: before or behind it somebody else may drive."""
-        answers = map(direct(ask), scene.bound_ids, repeat(SIGHT_M))
+        answers = map(ask, scene.bound_ids, repeat(SIGHT_M))
         for vehicle_id, found in zip(scene.bound_ids, answers, strict=True):
             if not found:
                 continue

@@ -35,6 +35,8 @@ _TURNED_BACK_LENGTHS = 5.0
 """Within so many lengths of its own SUMO's heading of a vehicle forgets a lane change (measured)."""
 _UNTOLD_M = 1e-9
 """SUMO keeps where a vehicle is across its lane, and is told anew when that has changed by more."""
+_STANDS_MPS = 0.1
+"""Who is no faster stands, as SUMO has it."""
 _LINE_MARGIN_M = 0.01
 """Who comes so near the end of the lane counts as one who may cross it."""
 
@@ -80,20 +82,21 @@ def _by_driver(way: int) -> bool:
 
 
 @inlinable
-def _stops_at_red(way: int, farthest_m: float, lane_length_m: float) -> bool:
+def _stops_at_red(way: int, fastest_mps: float, left_m: float) -> bool:
     """Return whether SUMO may plan for a vehicle as for one that stops at red lights.
 
     For one that may pass them it looks at everybody in the junction, though its plan has no say in the
-    speed: with a fleet at red lights that is more than all the rest of its step (measured). But one that
-    is to cross the line it would hold there, if the light is red: that one may pass.
+    speed: with a fleet that waits at red lights that is more than all the rest of its step (measured). So
+    those who stand are planned for like SUMO's own. Who drives is not: he may mean to pass, by yellow too,
+    and others are to see him coming. And whoever is to cross the line SUMO would hold there.
 
     Args:
         way: Which coupling writes it.
-        farthest_m: So far along its lane it may get in this step.
-        lane_length_m: Where the line is.
+        fastest_mps: Its speed before or after the step, the higher one.
+        left_m: How far it is from the line at least, after the step.
     """
     by_sumo = way in (Way.CAR_FOLLOWING, Way.WORLD_DRIVER)
-    return not by_sumo and farthest_m < lane_length_m - _LINE_MARGIN_M
+    return not by_sumo and fastest_mps <= _STANDS_MPS and left_m > _LINE_MARGIN_M
 
 
 @inlinable
@@ -211,16 +214,17 @@ def decide_in_place(
             yields = _yields(asked, lane < 0, is_outside, travelled_m < 0.0, leads_on)
             found.tells = yields != row.yields
             way = Way.FREE if yields != Yields.NOTHING else asked
-        row.yields = yields
-        found.way = way
+        row.yields, found.way = yields, way
         any_of[_SWITCHES] |= way != row.way
         if way == Way.FREE and row.way == Way.FREE and place.position_m > tables.lanes[lane].length_m:
             row.crossing_m *= tables.leftwards  # ``moveToXY`` counts to the left in every network
         row.changes_lane = False
         found.may_change_lane = _by_driver(row.way) and not _by_driver(way)
         is_ours = way not in (Way.CAR_FOLLOWING, Way.WORLD_DRIVER)
-        farthest_m = before_m + max(travelled_m, along_m, max(speed_mps, seen.speed_mps[number]) * step_s)
-        found.stops_at_red = lane >= 0 and _stops_at_red(way, farthest_m, tables.lanes[lane].length_m)
+        fastest_mps = max(abs(speed_mps), seen.speed_mps[number])
+        left_m = tables.lanes[lane].length_m - before_m if lane >= 0 else 0.0
+        goes_m = max(travelled_m, along_m, fastest_mps * step_s)
+        found.stops_at_red = _stops_at_red(way, fastest_mps, left_m - goes_m)
         found.shifts = _shifts(row, way, place.lateral_m)
         any_of[_REPLANS] |= found.stops_at_red != row.stops_at_red
         stands = is_ours and speed_mps == 0.0 and seen.speed_mps[number] == 0.0
