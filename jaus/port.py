@@ -177,20 +177,34 @@ class Port:
             if not node.is_silent:
                 self.send(message, client)
 
-    def receive_datagram(self, datagram: bytes, source: Hashable, now_s: float) -> None:
-        """Take a datagram; acknowledgements and answers wait for ``datagrams_to_send``."""
+    def receive_datagram(
+        self, datagram: bytes, source: Hashable, now_s: float, at_most: int = MAX_MESSAGES
+    ) -> int:
+        """Take a datagram; acknowledgements and answers wait for ``datagrams_to_send``.
+
+        Args:
+            datagram: As it arrived.
+            source: Where it came from.
+            now_s: When.
+            at_most: How many messages of it are taken, for callers who limit them.
+
+        Returns:
+            How many messages it held that were looked at.
+        """
         try:
-            framing, packets, flaw = unpack_until_flaw(datagram, MAX_MESSAGES)
+            framing, packets, flaw = unpack_until_flaw(datagram, min(at_most, MAX_MESSAGES))
         except DecodeError as error:
             self._refuse(source, str(error))
-            return
+            return 0
         for packet in packets:
             if self._events.is_full:
                 self._refuse(source, "as many messages wait as may")
-                return
+                break
             self._receive_packet(packet, framing, source, now_s)
-        if flaw is not None:
-            self._refuse(source, flaw)
+        else:
+            if flaw is not None:
+                self._refuse(source, flaw)
+        return len(packets)
 
     def next_event(self) -> Event | None:
         """Return what has happened, one by one, None when that was all."""

@@ -26,14 +26,16 @@ if TYPE_CHECKING:
     from jaus.node import Node
     from jaus.service_connection import Client
 
-MOST_DATAGRAMS_AT_ONCE = 10_000
-"""A port reads no more than this at one look, so that a flood cannot keep the run from going on."""
+MOST_AT_ONCE = 10_000
+"""A port reads no more datagrams than this at one look, and takes no more messages of them, so that a flood
+cannot keep the run from going on; further messages are refused."""
 _MAX_WAITING = 8192
 """Datagrams to one peer between two looks: all reports of 254 vehicles at once, and as much again."""
 _MAX_PEERS = 512
 """Clients of a port, each vehicle's own and as many again."""
 MOST_OF_ONE_PEER = 4096
-"""So many datagrams of one place are read at one look; further ones are refused."""
+"""So many messages of one place are taken at one look, however many lie in a datagram; further ones are
+refused. A datagram without any counts as one."""
 STANDARD_PORT = 3794
 """UDP port of JAUS (XGV-56)."""
 
@@ -51,7 +53,7 @@ class Transport(Protocol):
         """Return where it listens."""
         ...
 
-    def receive(self, at_most: int = MOST_DATAGRAMS_AT_ONCE) -> list[tuple[bytes, Any]]:
+    def receive(self, at_most: int = MOST_AT_ONCE) -> list[tuple[bytes, Any]]:
         """Return the datagrams that have arrived, each with where it came from."""
         ...
 
@@ -121,16 +123,18 @@ class JausNetwork:
     def receive(self, now_s: float) -> Iterator[MessageReceived]:
         """Take what has arrived, and return the messages that are the vehicles' business."""
         for line in self._lines:
-            datagrams = line.transport.receive(MOST_DATAGRAMS_AT_ONCE)
+            datagrams = line.transport.receive(MOST_AT_ONCE)
             self.counts.datagrams_received += len(datagrams)
-            of_source: Counter[Hashable] = Counter()
+            left, of_source = MOST_AT_ONCE, Counter[Hashable]()
             for datagram, source in datagrams:
                 self._record(datagram, source, line.transport.place, now_s)
-                of_source[source] += 1
-                if of_source[source] > MOST_OF_ONE_PEER:
-                    self._count(DatagramRefused(source, "too many datagrams at once"))
+                at_most = min(left, MOST_OF_ONE_PEER - of_source[source])
+                if at_most <= 0:
+                    self._count(DatagramRefused(source, "too many messages at once"))
                     continue
-                line.port.receive_datagram(datagram, source, now_s)
+                number = max(1, line.port.receive_datagram(datagram, source, now_s, at_most))
+                of_source[source] += number
+                left -= number
                 yield from self._events_of(line.port)
 
     def send(self, message: Message, client: Client, number: int) -> None:
