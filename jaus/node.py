@@ -99,6 +99,8 @@ class Node:
         self._heartbeat = Heartbeat(begin_s=heartbeat_begin_s)
         self.is_silent = False
         """Set by the application: a port hands it nothing and sends nothing of it, as if it had no power."""
+        self.prefers: Callable[[Client], bool] = _nobody
+        """Set by the application: for whom room is kept among the service connections, as who has control."""
 
     def component_at(self, jaus_id: int) -> ComponentDescription | None:
         """Return whom a JAUS id means: for a broadcast the node manager, None for somebody else."""
@@ -115,7 +117,8 @@ class Node:
         if isinstance(message, ABOUT_SERVICE_CONNECTIONS):
             if message.command_code in self._ignores.get(component.component, ()):
                 return []
-            confirmed = self._connections[component.component].receive(message, client, now_s)
+            connections, is_preferred = self._connections[component.component], self.prefers(client)
+            confirmed = connections.receive(message, client, now_s, is_preferred=is_preferred)
             return [] if confirmed is None else [self._reply(confirmed, message, component)]
         found = answer(message, self.description, component)
         if found is not None:
@@ -165,3 +168,7 @@ class Node:
     def _reply(self, reply: Message, query: Message, component: ComponentDescription) -> Message:
         own = self._own[component.component]
         return reply.to(query.header.source, source=own, sequence=query.header.sequence)
+
+
+def _nobody(_: Client) -> bool:
+    return False

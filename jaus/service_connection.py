@@ -75,6 +75,8 @@ class ServiceConnections:
         max_clients_per_place: How many clients of one place may have connections, so that whoever invents
             addresses does not lock the others out; one more is refused.
         max_clients: How many clients may have connections altogether; one more is refused.
+        kept_free: How many of these places only preferred clients get, whatever the place they speak from has
+            already: strangers are not to keep them from being told anything.
     """
 
     def __init__(
@@ -85,12 +87,14 @@ class ServiceConnections:
         max_per_client: int = 16,
         max_clients_per_place: int = 4,
         max_clients: int = 64,
+        kept_free: int = 0,
     ) -> None:
         self._reports = reports
         self._max_rate_hz = max_rate_hz
         self._max_per_client = max_per_client
         self._max_clients_per_place = max_clients_per_place
         self._max_clients = max_clients
+        self._kept_free = kept_free
         self._by_client: dict[Client, dict[tuple[int, int], ServiceConnection]] = {}
         self._next_s = math.inf
 
@@ -98,13 +102,21 @@ class ServiceConnections:
         """Return the connections, client by client."""
         return (each for connections in self._by_client.values() for each in connections.values())
 
-    def receive(self, message: Message, client: Client, now_s: float) -> ConfirmServiceConnection | None:
+    def receive(
+        self, message: Message, client: Client, now_s: float, *, is_preferred: bool = False
+    ) -> ConfirmServiceConnection | None:
         """Take a message about service connections; return the answer, if it has one.
 
         Suspend, Activate and Terminate are not answered; without a connection they do nothing.
+
+        Args:
+            message: From the client, to this component.
+            client: Who has sent it.
+            now_s: When.
+            is_preferred: There is room for him where there is none for others.
         """
         if isinstance(message, CreateServiceConnection):
-            return self._create(message, client, now_s)
+            return self._create(message, client, now_s, is_preferred=is_preferred)
         if isinstance(
             message, ActivateServiceConnection | SuspendServiceConnection | TerminateServiceConnection
         ):
@@ -145,11 +157,11 @@ class ServiceConnections:
         return told
 
     def _create(
-        self, message: CreateServiceConnection, client: Client, now_s: float
+        self, message: CreateServiceConnection, client: Client, now_s: float, *, is_preferred: bool
     ) -> ConfirmServiceConnection:
         code = message.command_code
         kept = self._like(message, client)
-        refusal = self._refusal(message, client) if kept is None else None
+        refusal = self._refusal(message, client, is_preferred=is_preferred) if kept is None else None
         if message.rate_hz <= 0.0:
             refusal = ServiceConnectionResponse.INVALID_PARAMETER
         if refusal is not None:
@@ -180,16 +192,21 @@ class ServiceConnections:
                 return each
         return None
 
-    def _refusal(self, message: CreateServiceConnection, client: Client) -> ServiceConnectionResponse | None:
+    def _refusal(
+        self, message: CreateServiceConnection, client: Client, *, is_preferred: bool
+    ) -> ServiceConnectionResponse | None:
         if message.command_code not in self._reports:
             return ServiceConnectionResponse.COMPONENT_NOT_CAPABLE
         has = len(self._by_client.get(client, {}))
-        one_too_many = has >= self._max_per_client if has else not self._has_room(client)
-        return ServiceConnectionResponse.REFUSED if one_too_many else None
+        has_room = has < self._max_per_client if has else self._has_room(client, is_preferred=is_preferred)
+        return None if has_room else ServiceConnectionResponse.REFUSED
 
-    def _has_room(self, newcomer: Client) -> bool:
+    def _has_room(self, newcomer: Client, *, is_preferred: bool) -> bool:
+        if is_preferred:
+            return len(self._by_client) < self._max_clients
         of_place = sum(client.transport == newcomer.transport for client in self._by_client)
-        return of_place < self._max_clients_per_place and len(self._by_client) < self._max_clients
+        most = self._max_clients - self._kept_free
+        return of_place < self._max_clients_per_place and len(self._by_client) < most
 
     def _change(
         self,

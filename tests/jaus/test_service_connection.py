@@ -198,6 +198,19 @@ def test_invented_addresses_do_not_lock_others_out() -> None:
     assert len(list(connections)) == 64
 
 
+def test_there_is_room_for_who_is_preferred_where_there_is_none_for_others() -> None:
+    connections = ServiceConnections(REPORTS, max_clients=6, kept_free=2, max_clients_per_place=3)
+    strangers = [Client(JausAddress(2, number, 4, 1), number // 3) for number in range(9)]
+    preferred = [Client(JausAddress(3, number, 4, 1), 0) for number in range(3)]
+    answers = [connections.receive(create(), each, 0.0) for each in strangers]
+    assert [each.response for each in answers if each is not None] == [0] * 4 + [4] * 5
+    answers = [connections.receive(create(), each, 0.0, is_preferred=True) for each in preferred]
+    assert [each.response for each in answers if each is not None] == [0, 0, 4]
+    again = connections.receive(create(), preferred[0], 0.0)  # no longer preferred: he keeps what he has
+    assert again is not None
+    assert again.response == 0
+
+
 def test_a_client_that_is_gone_is_forgotten() -> None:
     connections = ServiceConnections(REPORTS, max_clients=1)
     connections.receive(create(), CLIENT, 0.0)

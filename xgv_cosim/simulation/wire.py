@@ -64,6 +64,12 @@ class _Car:
 
     def __post_init__(self) -> None:
         self.under_way = UnderWay(self.vehicle)
+        self.face.node.prefers = self.is_controlled_by
+
+    def is_controlled_by(self, client: Client) -> bool:
+        """Return whether a client controls a component of the car; nobody does by his JAUS id alone."""
+        holders = self.vehicle.endpoint.component_controller.values()
+        return self.clients.get(client.address) == client and client.address in holders
 
 
 class VehiclesOnTheWire:

@@ -7,9 +7,16 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from jaus.address import JausAddress
-from jaus.messages.core import ConfirmComponentControl, RejectComponentControl, RequestComponentControl
+from jaus.messages.core import (
+    ConfirmComponentControl,
+    ConfirmServiceConnection,
+    CreateServiceConnection,
+    RejectComponentControl,
+    RequestComponentControl,
+)
+from jaus.messages.platform import ReportVelocityState
 from tests.xgv_cosim.simulation.bare_world import Car
-from tests.xgv_cosim.simulation.wire_client import MPD, OTHER, OWN, WireClient, motion, reachable
+from tests.xgv_cosim.simulation.wire_client import MPD, OTHER, OWN, VSS, WireClient, motion, reachable
 from xgv_cosim.simulation.under_way import MOST_UNDER_WAY, MOST_UNDER_WAY_OF_ONE, MOST_UNDER_WAY_OF_OTHERS
 
 if TYPE_CHECKING:
@@ -17,6 +24,7 @@ if TYPE_CHECKING:
 
 ONE = {"car": Car(speed_mps=0.0)}
 LATENCY_S = 0.25
+VELOCITY = CreateServiceConnection(ReportVelocityState.code, 10.0, 0xFFFF)
 
 
 class Walked(deque[object]):
@@ -92,3 +100,25 @@ def test_what_is_under_way_is_looked_through_once_an_exchange_not_once_a_message
         assert len(vehicle.on_the_way) == messages
         walks.append(walked.walks)
     assert walks[0] == walks[1]
+
+
+def test_strangers_with_all_the_connections_there_are_keep_no_controller_from_his_reports() -> None:
+    """Wherever he speaks from; who has his JAUS id from elsewhere is a stranger (XGV-65)."""
+    run, loopback = reachable(ONE)
+    client, forger = WireClient(loopback), WireClient(loopback, "forger")
+    crowd = [WireClient(loopback, f"crowd{number}") for number in range(16)]
+    for number, address in enumerate(strangers(64)):
+        crowd[number % 16].address = address
+        crowd[number % 16].say(VELOCITY, VSS)
+    run.step()
+    confirmed = [answer.response for each in crowd for answer in each.listen(ConfirmServiceConnection)]
+    assert sorted(confirmed) == [0] * 56 + [4] * 8
+    client.say(VELOCITY, VSS)
+    client.take_control()
+    run.step()
+    client.say(VELOCITY, VSS)
+    forger.say(VELOCITY, VSS)
+    run.run_until(1.0)
+    assert [answer.response for answer in client.listen(ConfirmServiceConnection)] == [4, 0]
+    assert len(client.listen(ReportVelocityState)) >= 5
+    assert [answer.response for answer in forger.listen(ConfirmServiceConnection)] == [4]
