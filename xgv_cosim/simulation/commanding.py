@@ -108,7 +108,7 @@ def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) 
         match event:
             case CommandAccepted():
                 write_command(fleet.command, slot, event)
-                accepted = type(event.command).__name__
+                accepted = name_of(event.command)
                 vehicle.refusals = {said for said in vehicle.refusals if said[0] != accepted}
             case CommandDropped():
                 if fleet.command.kind[slot] != CommandKind.NONE:
@@ -117,7 +117,7 @@ def handle(state: RunState, vehicle: BoundVehicle, events: list[EndpointEvent]) 
             case DevicesCommanded():
                 drivetrain.switch(state, vehicle, event)
             case MessageRefused():
-                note_refusal(state, vehicle, type(event.message).__name__, event.reason)
+                note_refusal(state, vehicle, name_of(event.message), event.reason)
             case EndpointChanged():
                 state.note(name, event.kind, event.before, event.after, event.reasons)
             case ControlPreempted():
@@ -210,6 +210,11 @@ def clear_command(command: CommandColumns, slot: int) -> None:
     """Leave a slot without a live command (XGV-70)."""
     command.kind[slot] = CommandKind.NONE
     command.expires_s[slot] = math.inf
+
+
+def name_of(message: StackMessage) -> str:
+    """Return what a message is called in the journal; efforts are efforts, with all their axes or without."""
+    return WrenchEffort.__name__ if isinstance(message, WrenchEffort) else type(message).__name__
 
 
 def note_refusal(state: RunState, vehicle: BoundVehicle, kind: str, reason: str) -> None:

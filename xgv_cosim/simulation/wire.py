@@ -123,11 +123,17 @@ class VehiclesOnTheWire:
         self._last_s = now_s
 
     def close(self) -> None:
-        """Leave the network; clients with service connections are told."""
-        for name in list(self._cars):
-            self._remove(name)
-        self.network.flush(self._last_s)
-        self.network.close()
+        """Leave the network; clients with service connections are told.
+
+        Raises:
+            LinkError: What goes over the network cannot be recorded; its ports are given back all the same.
+        """
+        try:
+            for name in list(self._cars):
+                self._remove(name)
+            self.network.flush(self._last_s)
+        finally:
+            self.network.close()
 
     def _add(self, state: RunState, vehicle: BoundVehicle) -> None:
         subsystem, port = subsystem_of(vehicle.slot), port_of(vehicle.slot)
@@ -163,12 +169,13 @@ class VehiclesOnTheWire:
         try:
             command = car.face.command_of(message)
         except CommandError as error:
-            commanding.note_refusal(state, car.vehicle, type(message).__name__, str(error))
+            meant = type(message).__name__.removeprefix("Set")  # so the commands are called
+            commanding.note_refusal(state, car.vehicle, meant, str(error))
             return
         if command is None:
             return
         if reason := self._why_unheard(car, client):
-            commanding.note_refusal(state, car.vehicle, type(command).__name__, reason)
+            commanding.note_refusal(state, car.vehicle, commanding.name_of(command), reason)
             if isinstance(command, RequestControl):
                 self._send(car, command.component, RejectComponentControl(), client, message.header.sequence)
             return

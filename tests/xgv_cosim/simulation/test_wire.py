@@ -62,6 +62,7 @@ from jaus.messages.torc import (
 from jaus.vehicle_mode import ControlMode, ReadyMode, SafetyMode
 from tests.xgv_cosim.simulation.bare_world import Car, injection
 from tests.xgv_cosim.simulation.wire_client import (
+    CARS,
     EM,
     MPD,
     NM,
@@ -309,6 +310,28 @@ def test_no_motion_at_all_is_refused_with_its_reason() -> None:
     client.say(SetMotionProfile(motions=()), MPD)
     run.step()
     assert any("expected one or more" in reason for reason in refusals(run))
+
+
+def test_a_refusal_has_one_name_wherever_it_is_found() -> None:
+    """The command's: of a message without meaning, of a stranger, of a forger; accepted, it is forgotten."""
+    run, loopback = reachable(ONE)
+    client, stranger = WireClient(loopback), WireClient(loopback, "stranger", OTHER)
+    forger = WireClient(loopback, "forger")
+    for _ in range(2):
+        client.take_control()
+        for bad in (SetMotionProfile(motions=()), SetMotionProfile(version=9, motions=motion().motions)):
+            client.say(bad, MPD)
+        client.say(motion(), MPD)
+        run.step()
+    profiles = [e.after for e in run.state.journal.events if e.kind == "command_refused"]
+    assert profiles == ["MotionProfile"] * 4
+    stranger.say(efforts(brake=10.0), PD)
+    stranger.say(SetSignals(turn_signal=9), SD)
+    forger.say(efforts(brake=10.0), PD)
+    forger.say(SetDiscreteDevices(gear=2), PD)
+    run.step()
+    others = [e.after for e in run.state.journal.events if e.kind == "command_refused"][4:]
+    assert others == ["WrenchEffort", "Signals", "WrenchEffort", "DiscreteDevices"]
 
 
 def test_a_lost_link_lets_nothing_through_either_way() -> None:
@@ -712,17 +735,28 @@ def test_a_simulation_is_on_one_network() -> None:
 
 
 def test_a_record_that_cannot_be_written_ends_the_run_and_closes_the_world() -> None:
+    """And gives the ports back, though the client of a service connection cannot be told."""
+
     class Full:
+        fails = False
+
         def record(self, *_: object) -> None:
-            raise OSError(28, "No space left on device")
+            if self.fails:
+                raise OSError(28, "No space left on device")
 
         def close(self) -> None:
             raise OSError(28, "No space left on device")
 
+    record = Full()
     run, loopback = reachable(ONE)
     assert run._wire is not None
-    run._wire.network.record_with(Full())  # type: ignore[arg-type]
-    WireClient(loopback).say(QueryComponentStatus(), MPD)
+    run._wire.network.record_with(record)  # type: ignore[arg-type]
+    client = WireClient(loopback)
+    client.say(CreateServiceConnection(ReportVelocityState.code, 10.0, 0xFFFF), VSS)
+    run.step()
+    assert len(client.listen(ReportVelocityState)) == 1
+    record.fails = True
+    client.say(QueryComponentStatus(), MPD)
     with pytest.raises(LinkError, match="--jaus-record: No space left on device"):
         run.step()
     closed: list[bool] = []
@@ -730,3 +764,4 @@ def test_a_record_that_cannot_be_written_ends_the_run_and_closes_the_world() -> 
     with pytest.raises(LinkError, match="No space left on device"):
         run.close()
     assert closed == [True]
+    loopback.open(CARS).close()  # the place is free again
