@@ -42,6 +42,7 @@ class Sniffer:
         except OSError as error:
             self._socket.close()
             raise TransportError(f"{interface}: {error.strerror}") from None
+        self._interface = interface
         self._skips_outgoing = interface == _LOOPBACK
 
     def fileno(self) -> int:
@@ -49,7 +50,11 @@ class Sniffer:
         return self._socket.fileno()
 
     def receive(self, timeout_s: float) -> Captured | None:
-        """Return the next UDP datagram with the wall clock's time, None if none comes in time."""
+        """Return the next UDP datagram with the wall clock's time, None if none comes in time.
+
+        Raises:
+            TransportError: The interface is gone, or down.
+        """
         ends_s = time.monotonic() + timeout_s
         while (left_s := ends_s - time.monotonic()) > 0.0:
             self._socket.settimeout(left_s)
@@ -57,6 +62,8 @@ class Sniffer:
                 frame, address = self._socket.recvfrom(1 << 16)
             except TimeoutError:
                 return None
+            except OSError as error:
+                raise TransportError(f"{self._interface}: {error.strerror or error}") from None
             if self._skips_outgoing and address[2] == _OUTGOING:
                 continue
             found = udp_in_ethernet(frame)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -65,25 +68,41 @@ def sniff(
     recorder: Recorder | None = None
     try:
         with Sniffer(interface) as sniffer:
-            recorder = None if pcap is None else Recorder(pcap)
+            if pcap is not None:
+                with _of_capture(pcap):
+                    recorder = Recorder(pcap)
             while left > 0 and time.monotonic() < ends_s:
                 captured = sniffer.receive(min(_LOOK_S, max(0.0, ends_s - time.monotonic())))
                 shown = () if captured is None else wanted.messages_of(captured)
                 if captured is None or not shown:
                     continue
                 if recorder is not None:
-                    recorder.record(captured.datagram, captured.source, captured.destination, captured.time_s)
+                    with _of_capture(pcap):
+                        recorder.record(
+                            captured.datagram, captured.source, captured.destination, captured.time_s
+                        )
                 for each in shown[: int(min(left, len(shown)))]:
                     typer.echo(_document(captured, each) if as_json else _text(captured, each, full=full))
                 left -= len(shown)
     except TransportError as error:
         raise LinkError(f"jaus sniff: {error}") from None
-    except OSError as error:
-        raise LinkError(f"--pcap: {pcap}: {error.strerror}") from None
+    except BrokenPipeError:
+        # Whoever stops reading has seen enough; what is left in the buffer goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     finally:
         if recorder is not None:
-            recorder.close()
+            with _of_capture(pcap):
+                recorder.close()
     return EXIT_OK
+
+
+@contextmanager
+def _of_capture(pcap: Path | None) -> Iterator[None]:
+    """Tell of a capture that cannot be written, and of nothing else."""
+    try:
+        yield
+    except OSError as error:
+        raise LinkError(f"--pcap: {pcap}: {error.strerror or error}") from None
 
 
 class _Filter:

@@ -16,12 +16,14 @@ from pathlib import Path
 import pytest
 
 from jaus.address import JausAddress
-from jaus.capture import read_pcap
+from jaus.capture import Captured, Recorder, read_pcap
 from jaus.codec import encode
 from jaus.errors import TransportError
 from jaus.messages.core import RequestComponentControl, Resume
 from jaus.packet import Framing, decode_packet, pack_datagrams, unpack_datagram
 from jaus.transports import Sniffer
+from xgv_cosim.cli.jaus import sniff
+from xgv_cosim.errors import LinkError
 from xgv_cosim.links.jaus_network import JausOptions
 from xgv_cosim.runs import run_scenario
 from xgv_cosim.scenario.loading import load_scenario
@@ -115,6 +117,69 @@ def test_only_what_is_asked_for(options: list[str], name: str) -> None:
 def test_every_value_one_below_the_other() -> None:
     done = sniffed("--count", "1", "--full", "--message", "RequestComponentControl")
     assert done.stdout.splitlines()[1] == "  authority: 6"
+
+
+@pytest.mark.skipif(not may_sniff(), reason="needs the right to see raw packets (root)")
+@pytest.mark.parametrize("options", [[], ["--pcap", "seen.pcap"]])
+def test_who_stops_reading_has_seen_enough(options: list[str], tmp_path: Path) -> None:
+    """As ``head -1`` does: no error, whether it is recorded or not."""
+    with traffic() as port:
+        command = [*COMMAND, "--port", str(port), "--seconds", "20", *options]
+        pipe = subprocess.PIPE
+        with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, cwd=tmp_path) as sniffing:
+            assert sniffing.stdout is not None
+            assert sniffing.stderr is not None
+            assert "127.0.0.1" in sniffing.stdout.readline()
+            sniffing.stdout.close()
+            assert sniffing.stderr.read() == ""
+            assert sniffing.wait(30) == 0
+
+
+class Broken:
+    """A socket of an interface that goes down."""
+
+    def __init__(self, *_: object) -> None:
+        pass
+
+    def bind(self, _: object) -> None:
+        pass
+
+    def settimeout(self, _: float) -> None:
+        pass
+
+    def recvfrom(self, _: int) -> bytes:
+        raise OSError(100, "Network is down")
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.skipif(not hasattr(socket, "AF_PACKET"), reason="raw packets are seen on Linux only")
+def test_an_interface_that_fails_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """And not the file of the capture."""
+    monkeypatch.setattr("jaus.transports.sniffer.socket.socket", Broken)
+    with pytest.raises(LinkError, match=r"^jaus sniff: eth7: Network is down$"):
+        sniff("eth7", pcap=tmp_path / "seen.pcap", seconds=1.0)
+
+
+@pytest.mark.skipif(not hasattr(socket, "AF_PACKET"), reason="raw packets are seen on Linux only")
+def test_a_capture_that_cannot_be_written_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Once it is full."""
+
+    def seen(_self: object, _timeout_s: float) -> Captured:
+        return Captured(0.0, ("127.0.0.1", 1), ("127.0.0.1", 3794), b"junk")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("jaus.transports.sniffer.socket.socket", Broken)
+    monkeypatch.setattr(Sniffer, "receive", seen)
+    monkeypatch.setattr(Recorder, "record", full)
+    with pytest.raises(LinkError, match=r"^--pcap: .*seen\.pcap: No space left on device$"):
+        sniff("eth7", pcap=tmp_path / "seen.pcap", seconds=1.0)
+    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize(
