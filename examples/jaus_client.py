@@ -20,7 +20,7 @@ from jaus.messages.platform import ReportVelocityState
 from jaus.messages.torc import Motion, ReportVehicleMode, SetMotionProfile
 from jaus.port import MessageReceived
 from jaus.transports import UdpTransport
-from jaus.vehicle_mode import SafetyMode
+from jaus.vehicle_mode import safety_mode_of
 
 AUTHORITY = 6
 PERIOD_S = 0.1
@@ -79,7 +79,7 @@ def main() -> None:
                     mode = event.message
                 elif isinstance(event.message, ReportVelocityState) and now_s - printed_s >= 1.0:
                     printed_s = now_s
-                    words = "" if mode is None else SafetyMode(mode.safety_mode).name.lower()
+                    words = "" if mode is None else safety_mode_of(mode.safety_mode).name.lower()
                     print(f"{now_s:5.1f} s  {event.message.velocity_x_mps:6.2f} m/s  {words}")
         client.command(ReleaseComponentControl(), profile, now_s)
         transport.send(client.datagrams_to_send(now_s))

@@ -43,6 +43,16 @@ class SafetyMode(IntEnum):
     ESTOP_DISABLE = 11
 
 
+def safety_mode_of(code: int) -> SafetyMode:
+    """Return what field 4 of Report Vehicle Mode means to a client (XGV-50).
+
+    All of 2 to 7 are software pause, whatever the reason; what is reserved says no more than 0, unknown.
+    """
+    if SafetyMode.SOFTWARE_PAUSE <= code < SafetyMode.ESTOP_PAUSE:
+        return SafetyMode.SOFTWARE_PAUSE
+    return SafetyMode(code) if 0 <= code <= SafetyMode.ESTOP_DISABLE else SafetyMode.INACTIVE
+
+
 class PartialOverrideBit(IntEnum):
     """Bits of the partial overrides (XGV-51)."""
 

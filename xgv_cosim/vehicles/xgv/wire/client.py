@@ -18,7 +18,7 @@ from jaus.messages.core import ReportComponentControl, ReportComponentStatus
 from jaus.messages.platform import BrakeHornBit, PropulsionBit, ReportDiscreteDevices, ReportVelocityState
 from jaus.messages.torc import ReportVehicleMode
 from jaus.port import MessageReceived
-from jaus.vehicle_mode import SafetyMode
+from jaus.vehicle_mode import SafetyMode, safety_mode_of
 from xgv_cosim.observation import DeviceReading, Observation, Stack
 from xgv_cosim.vehicles.xgv.wire.commands import gear_of, message_of
 
@@ -116,7 +116,7 @@ class StackOverTheWire:
         return replace(
             observation,
             speed_mps=observation.speed_mps if speed_mps is None else speed_mps,
-            safety_mode=_mode_name(mode.safety_mode) if isinstance(mode, ReportVehicleMode) else "inactive",
+            safety_mode=_mode_name(mode),
             reasons=(),
             component_status={component: self._status(component) for component in (_PD, _MPD)},
             component_controller={component: self._controller(component) for component in (_PD, _MPD)},
@@ -144,11 +144,9 @@ class StackOverTheWire:
         return report.controller if isinstance(report, ReportComponentControl) else None
 
 
-def _mode_name(code: int) -> str:
-    """Return the name of a safety mode; 2 to 7 all are software pause (XGV-50)."""
-    if SafetyMode.SOFTWARE_PAUSE <= code < SafetyMode.ESTOP_PAUSE:
-        return SafetyMode.SOFTWARE_PAUSE.name.lower()
-    return SafetyMode(code).name.lower()
+def _mode_name(report: Message | None) -> str:
+    code = report.safety_mode if isinstance(report, ReportVehicleMode) else SafetyMode.INACTIVE
+    return safety_mode_of(code).name.lower()
 
 
 def _reading(report: ReportDiscreteDevices) -> DeviceReading:
