@@ -1,12 +1,18 @@
-"""What has happened and waits to be taken: messages that must not get lost, and notices that may."""
+"""Limits of what others can cause: what has happened and waits to be taken, and so many in a second.
+
+Of what waits, messages must not get lost, and notices may.
+"""
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from dataclasses import dataclass
 from itertools import count
 from typing import Generic, TypeVar
 
 E = TypeVar("E")
+_WINDOW_S = 1.0
 
 
 class EventQueue(Generic[E]):
@@ -49,3 +55,22 @@ class EventQueue(Generic[E]):
         if not events or (notices and notices[0][0] < events[0][0]):
             events = notices
         return events.popleft()[1] if events else None
+
+
+@dataclass(slots=True)
+class Allowance:
+    """Counts what is taken, and begins anew a second after the first that was counted."""
+
+    most: int
+    """So many may be taken in one second."""
+    taken: int = 0
+    began_s: float = -math.inf
+
+    def take(self, now_s: float) -> bool:
+        """Return whether one more may be taken now."""
+        if not self.began_s <= now_s < self.began_s + _WINDOW_S:
+            self.taken, self.began_s = 0, now_s
+        if self.taken >= self.most:
+            return False
+        self.taken += 1
+        return True

@@ -21,10 +21,9 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from jaus.address import BROADCAST
-from jaus.allowance import Allowance
 from jaus.codec import Decoded, encode_parts
 from jaus.errors import DecodeError, EncodeError, LocalProtocolError
-from jaus.event_queue import EventQueue
+from jaus.event_queue import Allowance, EventQueue
 from jaus.header import Header
 from jaus.messages import Message, MessagePart
 from jaus.messages.core import CreateServiceConnection
