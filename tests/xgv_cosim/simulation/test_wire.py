@@ -439,32 +439,35 @@ def test_errors_are_cleared_by_the_error_manager_xgv_38() -> None:
 
 def test_errors_are_cleared_by_who_has_control_at_that_moment_xgv_38_65() -> None:
     """XGV-38, XGV-65: control has gone over between two looks at the network; a forger is told as one."""
-    run, loopback = reachable(ONE, command_latency_s=0.05)
+    run, loopback = reachable(ONE, lockstep=False, command_latency_s=0.05)
     first, second = WireClient(loopback), WireClient(loopback, "second", OTHER)
     forger = WireClient(loopback, "forger")
     first.say(RequestComponentControl(6), MPD)
-    run.run_until(0.5)
+    run.communicate(0.0)
+    run.step()
+    run.communicate(0.1)
     forger.say(ClearErrors(), EM)
     second.say(RequestComponentControl(7), MPD)
-    run.communicate()
+    run.communicate(0.15)
     assert refusals(run) == ["100.2.40.1 speaks from elsewhere than forger"]
-    run.step()  # the request acts in it, after its look at the network
+    run.step()  # the request acts in it
     assert run.state.vehicles["car"].endpoint.component_controller[MPD] == OTHER
     first.say(ClearErrors(), EM)
-    run.communicate()
+    run.communicate(0.2)
     assert run.state.errors_to_clear == []
     assert refusals(run)[1:] == ["100.2.40.1 controls no component of the car"]
 
 
 def test_a_new_controller_clears_errors_at_once_xgv_38() -> None:
     """XGV-38: he has control since the last look at the network."""
-    run, loopback = reachable(ONE, command_latency_s=0.05)
+    run, loopback = reachable(ONE, lockstep=False, command_latency_s=0.05)
     client = WireClient(loopback)
     client.say(RequestComponentControl(6), MPD)
+    run.communicate(0.0)
     run.step()
     assert run.state.vehicles["car"].endpoint.component_controller[MPD] == OWN
     client.say(ClearErrors(), EM)
-    run.communicate()
+    run.communicate(0.1)
     assert run.state.errors_to_clear == ["car"]
     assert refusals(run) == []
 
