@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from xgv_cosim.commands import CommandKind, WrenchEffort
 from xgv_cosim.fleet_columns import Motion
 from xgv_cosim.parameters import ParameterColumns
 from xgv_cosim.plant.imperfections import measured_speed_mps
@@ -76,16 +75,6 @@ class Readings:
         """Return the share of the greatest road-wheel angle, positive counter-clockwise."""
         fleet, slot = self._state.fleet, self._vehicle.slot
         return float(fleet.motion.steer_rad[slot] / fleet.parameters.max_steer_rad[slot])
-
-    @property
-    def wrench_in_force(self) -> WrenchEffort | None:
-        """Return the efforts that it executes now, None if it executes none."""
-        command, slot = self._state.fleet.command, self._vehicle.slot
-        if command.kind[slot] != CommandKind.WRENCH_EFFORT:
-            return None
-        return WrenchEffort(
-            float(command.throttle[slot]), float(command.brake[slot]), float(command.steering[slot])
-        )
 
     @property
     def devices(self) -> DeviceReading:

@@ -10,7 +10,7 @@ from jaus.address import ComponentId, JausAddress
 from jaus.component import ComponentStatus
 from xgv_cosim.actuation import Driver
 from xgv_cosim.columns import BoolColumn, UInt8Column, UInt16Column
-from xgv_cosim.commands import Signals, WrenchEffort
+from xgv_cosim.commands import Signals
 from xgv_cosim.endpoint import Endpoint, EndpointChanged, StackMessage
 from xgv_cosim.injection import InjectionKind, OperatorAction
 from xgv_cosim.observation import DeviceReading
@@ -112,11 +112,6 @@ class VehicleReadings(Protocol):
     @property
     def steering(self) -> float:
         """Return the share of the greatest road-wheel angle, positive counter-clockwise."""
-        ...
-
-    @property
-    def wrench_in_force(self) -> WrenchEffort | None:
-        """Return the efforts that it executes now, None if it executes none."""
         ...
 
     @property

@@ -12,8 +12,9 @@ world's driver        world's driver             ``WorldDriver``: SUMO drives
 ====================  =========================  ==========================================
 
 Where the computer has an axis, SUMO's checks on it are off (speed mode 0, for who stands 16, lane-change
-mode 0), else SUMO would soften the mistakes that a study is meant to see. A driver who only steers (e-stop disable: the
-computer brakes, XGV-31) stays in his lane: nobody changes lanes under a brake that he cannot release.
+mode 0), else SUMO would soften the mistakes that a study is meant to see. A driver who only steers (e-stop
+disable: the computer brakes, XGV-31) stays in his lane: nobody changes lanes under a brake that he cannot
+release.
 
 The lateral position that a car has when the world's driver takes the wheel stays as it is in SUMO for
 good (measured: across lane changes and edges); ``LateralEasing`` brings it to the lane's centre.

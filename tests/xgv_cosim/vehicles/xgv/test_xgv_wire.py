@@ -242,7 +242,6 @@ class Made:
     throttle: float = 0.25
     brake: float = 0.5
     steering: float = 0.2
-    wrench_in_force: WrenchEffort | None = None
     devices: DeviceReading = DEVICES
     signals: Signals = SIGNALS
     errors: frozenset[int] = frozenset({9158, 9101})
