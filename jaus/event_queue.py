@@ -66,11 +66,11 @@ class Allowance:
     taken: int = 0
     began_s: float = -math.inf
 
-    def take(self, now_s: float) -> bool:
-        """Return whether one more may be taken now."""
+    def take(self, now_s: float, number: int = 1) -> bool:
+        """Return whether so many more may be taken now."""
         if not self.began_s <= now_s < self.began_s + _WINDOW_S:
             self.taken, self.began_s = 0, now_s
-        if self.taken >= self.most:
+        if self.taken + number > self.most:
             return False
-        self.taken += 1
+        self.taken += number
         return True

@@ -21,7 +21,7 @@ from jaus.messages.core import (
     SuspendServiceConnection,
     TerminateServiceConnection,
 )
-from jaus.service_connection import Client, ServiceConnections
+from jaus.service_connection import Client, ServiceConnections, nobody
 
 EVERYONE = JausAddress(255, 255, 1, 1)
 """Where heartbeats go: the node managers of all nodes."""
@@ -99,8 +99,8 @@ class Node:
         self._heartbeat = Heartbeat(begin_s=heartbeat_begin_s)
         self.is_silent = False
         """Set by the application: a port hands it nothing and sends nothing of it, as if it had no power."""
-        self.prefers: Callable[[Client], bool] = _nobody
-        """Set by the application: for whom room is kept among the service connections, as who has control."""
+        self.prefers: Callable[[Client], bool] = nobody
+        """Set by the application: for whose service connections there is always room, as who has control."""
 
     def component_at(self, jaus_id: int) -> ComponentDescription | None:
         """Return whom a JAUS id means: for a broadcast the node manager, None for somebody else."""
@@ -117,8 +117,8 @@ class Node:
         if isinstance(message, ABOUT_SERVICE_CONNECTIONS):
             if message.command_code in self._ignores.get(component.component, ()):
                 return []
-            connections, is_preferred = self._connections[component.component], self.prefers(client)
-            confirmed = connections.receive(message, client, now_s, is_preferred=is_preferred)
+            connections = self._connections[component.component]
+            confirmed = connections.receive(message, client, now_s, prefers=self.prefers)
             return [] if confirmed is None else [self._reply(confirmed, message, component)]
         found = answer(message, self.description, component)
         if found is not None:
@@ -168,7 +168,3 @@ class Node:
     def _reply(self, reply: Message, query: Message, component: ComponentDescription) -> Message:
         own = self._own[component.component]
         return reply.to(query.header.source, source=own, sequence=query.header.sequence)
-
-
-def _nobody(_: Client) -> bool:
-    return False

@@ -22,11 +22,12 @@ from functools import partial
 
 from jaus.address import BROADCAST
 from jaus.codec import Decoded, encode_parts
+from jaus.discovery import ANSWERED
 from jaus.errors import DecodeError, EncodeError, LocalProtocolError
 from jaus.event_queue import Allowance, EventQueue
 from jaus.header import Header
-from jaus.messages import Message, MessagePart
-from jaus.messages.core import CreateServiceConnection
+from jaus.messages import Message, MessagePart, UnknownMessage
+from jaus.messages.core import CreateServiceConnection, ReportHeartbeatPulse
 from jaus.node import Node, report_code_of
 from jaus.packet import (
     Framing,
@@ -67,11 +68,13 @@ class MessageNotSent:
 
 MAX_MESSAGES = 64
 """How many messages a datagram may hold: a short one in, and not a flood of answers out."""
-MAX_BROADCASTS = 4
-"""How many messages to more than one component a peer may send in a second: each may be answered by all
-nodes, and who is answered need not be who has asked."""
-MAX_BROADCAST_QUERIES = 64
-"""How many of them that are answered all peers together may send: a source is easily invented."""
+MAX_BROADCAST_QUERIES = 4
+"""How many messages to more than one component that are answered a peer may send in a second: all nodes
+answer them, and who is answered need not be who has asked."""
+MAX_BROADCAST_QUERIES_OF_ALL = 64
+"""How many of them all peers together may send: a source is easily invented."""
+MAX_BROADCAST_DELIVERIES = 4096
+"""How often nodes take others of a peer in a second: a message that 16 nodes take counts sixteen times."""
 _MISSED_HEARTBEATS_S = 5.0
 _MAX_CLIENTS_KEPT = 512
 _NO_SENDER = frozenset({0, BROADCAST})
@@ -90,7 +93,9 @@ class _Peer:
     is_heard: bool = False
     clients: dict[int, Client] = field(default_factory=dict)
     """By JAUS id, so that not each message makes a new one."""
-    broadcasts: Allowance = field(default_factory=partial(Allowance, MAX_BROADCASTS))
+    queries: Allowance = field(default_factory=partial(Allowance, MAX_BROADCAST_QUERIES))
+    """To more than one component; so the next."""
+    deliveries: Allowance = field(default_factory=partial(Allowance, MAX_BROADCAST_DELIVERIES))
 
 
 class Port:
@@ -139,7 +144,7 @@ class Port:
         self._outgoing: list[tuple[bytes, Hashable]] = []
         self._waiting: dict[Hashable, int] = {}
         """How many of them go where."""
-        self._queries = Allowance(MAX_BROADCAST_QUERIES)
+        self._queries = Allowance(MAX_BROADCAST_QUERIES_OF_ALL)
         self.messages_not_sent = 0
         """How many messages could not go out, as ``MessageNotSent`` tells of each."""
         self._reassembly: dict[Hashable, Reassembly] = {}
@@ -191,10 +196,12 @@ class Port:
             How many messages it held that were looked at.
         """
         try:
-            framing, packets, flaw = unpack_until_flaw(datagram, min(at_most, MAX_MESSAGES))
+            framing, packets, flaw = unpack_until_flaw(datagram, MAX_MESSAGES)
         except DecodeError as error:
             self._refuse(source, str(error))
             return 0
+        if len(packets) > at_most:
+            packets, flaw = packets[:at_most], "too many messages at once"
         for packet in packets:
             if self._events.is_full:
                 self._refuse(source, "as many messages wait as may")
@@ -252,7 +259,9 @@ class Port:
             return
         try:
             message = decode_packet(framing, packet)
-            if refusal := self._why_refused(message, source, framing, now_s):
+            if isinstance(message, ReportHeartbeatPulse):
+                nodes = nodes[:1]  # it says that its sender lives: once is enough, whoever is addressed
+            if refusal := self._why_refused(message, source, framing, now_s, len(nodes)):
                 self._refuse(source, refusal)
                 return
             whole = self._whole(message, source)
@@ -274,19 +283,24 @@ class Port:
             for each in answers or ():
                 self._post(each, source, framing)
 
-    def _why_refused(self, message: Decoded, source: Hashable, framing: Framing, now_s: float) -> str:
+    def _why_refused(
+        self, message: Decoded, source: Hashable, framing: Framing, now_s: float, num_nodes: int
+    ) -> str:
         """Return why a message is refused before anybody sees it, empty if it is not; then it is counted."""
         if not self._knows(source, framing, now_s):
             return f"{self._max_peers} peers are known already"
         if BROADCAST not in message.header.destination_id.to_bytes(4, "little"):
             return ""
-        if not self._peers[source].broadcasts.take(now_s):
-            most, what = MAX_BROADCASTS, "messages"
-        elif report_code_of(message.code) is not None and not self._queries.take(now_s):
-            most, what = MAX_BROADCAST_QUERIES, "queries of all peers"
+        peer = self._peers[source]
+        if not _is_answered(message):
+            has_room = peer.deliveries.take(now_s, num_nodes)
+            most = f"{MAX_BROADCAST_DELIVERIES // num_nodes} messages"
+        elif not peer.queries.take(now_s):
+            has_room, most = False, f"{MAX_BROADCAST_QUERIES} queries"
         else:
-            return ""
-        return f"more than {most} {what} to more than one component in a second"
+            has_room = self._queries.take(now_s)
+            most = f"{MAX_BROADCAST_QUERIES_OF_ALL} queries of all peers"
+        return "" if has_room else f"more than {most} to more than one component in a second"
 
     def _is_forged(self, packet: bytes) -> bool:
         """Return whether the source is no address, or one of this port's own nodes."""
@@ -395,6 +409,13 @@ class Port:
         self._drop_parts(transport)
         for node in self._nodes.values():
             node.forget(transport)
+
+
+def _is_answered(message: Decoded) -> bool:
+    """Return whether nodes may answer a message."""
+    if isinstance(message, UnknownMessage):
+        return False
+    return type(message) in ANSWERED or report_code_of(message.code) is not None
 
 
 def _dotted(parts: bytes) -> str:

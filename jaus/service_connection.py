@@ -10,7 +10,7 @@ Time is what the caller passes in, in seconds; what is due when is handed out.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 
 from jaus.address import JausAddress
@@ -65,6 +65,11 @@ class ReportDue:
     sequence: int
 
 
+def nobody(_: Client) -> bool:
+    """Prefer no client."""
+    return False
+
+
 class ServiceConnections:
     """The service connections that a component provides.
 
@@ -75,8 +80,6 @@ class ServiceConnections:
         max_clients_per_place: How many clients of one place may have connections, so that whoever invents
             addresses does not lock the others out; one more is refused.
         max_clients: How many clients may have connections altogether; one more is refused.
-        kept_free: How many of these places only preferred clients get, whatever the place they speak from has
-            already: strangers are not to keep them from being told anything.
     """
 
     def __init__(
@@ -87,14 +90,12 @@ class ServiceConnections:
         max_per_client: int = 16,
         max_clients_per_place: int = 4,
         max_clients: int = 64,
-        kept_free: int = 0,
     ) -> None:
         self._reports = reports
         self._max_rate_hz = max_rate_hz
         self._max_per_client = max_per_client
         self._max_clients_per_place = max_clients_per_place
         self._max_clients = max_clients
-        self._kept_free = kept_free
         self._by_client: dict[Client, dict[tuple[int, int], ServiceConnection]] = {}
         self._next_s = math.inf
 
@@ -103,7 +104,7 @@ class ServiceConnections:
         return (each for connections in self._by_client.values() for each in connections.values())
 
     def receive(
-        self, message: Message, client: Client, now_s: float, *, is_preferred: bool = False
+        self, message: Message, client: Client, now_s: float, *, prefers: Callable[[Client], bool] = nobody
     ) -> ConfirmServiceConnection | None:
         """Take a message about service connections; return the answer, if it has one.
 
@@ -113,10 +114,11 @@ class ServiceConnections:
             message: From the client, to this component.
             client: Who has sent it.
             now_s: When.
-            is_preferred: There is room for him where there is none for others.
+            prefers: Who is not to be kept from being told anything: there is always room for him, whatever
+                his place has already, and where there is none, another who is not preferred now gives way.
         """
         if isinstance(message, CreateServiceConnection):
-            return self._create(message, client, now_s, is_preferred=is_preferred)
+            return self._create(message, client, now_s, prefers)
         if isinstance(
             message, ActivateServiceConnection | SuspendServiceConnection | TerminateServiceConnection
         ):
@@ -157,11 +159,15 @@ class ServiceConnections:
         return told
 
     def _create(
-        self, message: CreateServiceConnection, client: Client, now_s: float, *, is_preferred: bool
+        self,
+        message: CreateServiceConnection,
+        client: Client,
+        now_s: float,
+        prefers: Callable[[Client], bool],
     ) -> ConfirmServiceConnection:
         code = message.command_code
         kept = self._like(message, client)
-        refusal = self._refusal(message, client, is_preferred=is_preferred) if kept is None else None
+        refusal = self._refusal(message, client, prefers) if kept is None else None
         if message.rate_hz <= 0.0:
             refusal = ServiceConnectionResponse.INVALID_PARAMETER
         if refusal is not None:
@@ -193,20 +199,26 @@ class ServiceConnections:
         return None
 
     def _refusal(
-        self, message: CreateServiceConnection, client: Client, *, is_preferred: bool
+        self, message: CreateServiceConnection, client: Client, prefers: Callable[[Client], bool]
     ) -> ServiceConnectionResponse | None:
         if message.command_code not in self._reports:
             return ServiceConnectionResponse.COMPONENT_NOT_CAPABLE
         has = len(self._by_client.get(client, {}))
-        has_room = has < self._max_per_client if has else self._has_room(client, is_preferred=is_preferred)
+        has_room = has < self._max_per_client if has else self._has_room(client, prefers)
         return None if has_room else ServiceConnectionResponse.REFUSED
 
-    def _has_room(self, newcomer: Client, *, is_preferred: bool) -> bool:
-        if is_preferred:
-            return len(self._by_client) < self._max_clients
-        of_place = sum(client.transport == newcomer.transport for client in self._by_client)
-        most = self._max_clients - self._kept_free
-        return of_place < self._max_clients_per_place and len(self._by_client) < most
+    def _has_room(self, newcomer: Client, prefers: Callable[[Client], bool]) -> bool:
+        """Return whether there is room for one more client, and make it for one who is preferred."""
+        is_full = len(self._by_client) >= self._max_clients
+        if not prefers(newcomer):
+            of_place = sum(client.transport == newcomer.transport for client in self._by_client)
+            return of_place < self._max_clients_per_place and not is_full
+        if is_full:
+            gives_way = next((client for client in self._by_client if not prefers(client)), None)
+            if gives_way is None:
+                return False
+            del self._by_client[gives_way]
+        return True
 
     def _change(
         self,

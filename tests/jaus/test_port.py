@@ -27,7 +27,7 @@ from jaus.messages.core import (
     TerminateServiceConnection,
 )
 from jaus.messages.discovery import QueryIdentification, ReportIdentification
-from jaus.messages.events import Event
+from jaus.messages.events import CancelEvent, Event
 from jaus.messages.platform import (
     QueryVelocityState,
     QueryWrenchEffort,
@@ -39,7 +39,7 @@ from jaus.messages.platform import (
 from jaus.messages.torc import Motion, QueryVehicleMode, ReportVehicleMode, SetMotionProfile
 from jaus.node import EVERYONE, Node, report_code_of
 from jaus.packet import Framing, decode_packet, pack_datagrams, unpack_datagram
-from jaus.port import DatagramRefused, MessageNotSent, MessageReceived, Port
+from jaus.port import MAX_BROADCAST_DELIVERIES, DatagramRefused, MessageNotSent, MessageReceived, Port
 from jaus.service_connection import Client
 from tests.jaus.golden import GOLDEN
 
@@ -626,7 +626,7 @@ def asked_of_everybody(wire: Wire, number: int, now_s: float) -> tuple[int, set[
 
 def test_few_messages_that_everybody_answers_are_taken_of_one_peer(port: Port, wire: Wire) -> None:
     """Not so many in each datagram, but in a second: all nodes answer, to wherever it seems to come from."""
-    refusal = "more than 4 messages to more than one component in a second"
+    refusal = "more than 4 queries to more than one component in a second"
     assert asked_of_everybody(wire, 10, 0.0) == (4 * 2, {refusal})
     for late_s in (0.0, 0.3, 0.99):
         assert asked_of_everybody(wire, 1, late_s) == (0, {refusal})
@@ -647,8 +647,34 @@ def test_all_peers_together_too_ask_only_so_much_of_everybody() -> None:
     late = Wire(port, 59)
     late.now_s = 0.5
     late.send(pulse)
-    assert [type(event) for event in late.events()] == [MessageReceived] * 2
+    assert [type(event) for event in late.events()] == [MessageReceived]
     assert asked_of_everybody(Wire(port, 59), 2, 1.5) == (2 * 2, set())
+
+
+def test_a_place_may_say_that_many_live(wire: Wire) -> None:
+    """254 cars behind one port, each with a heartbeat to everybody, and a client who listens."""
+    for number in range(1, 255):
+        wire.send(ReportHeartbeatPulse().to(EVERYONE, source=JausAddress(number, 7, 1, 1)))
+    heard = wire.events()
+    assert [type(event) for event in heard] == [MessageReceived] * 254  # by one node for all
+    assert len({event.client.address for event in heard if isinstance(event, MessageReceived)}) == 254
+
+
+def test_what_is_not_answered_has_a_limit_too(wire: Wire) -> None:
+    each = MAX_BROADCAST_DELIVERIES // 2
+    for _ in range(each + 5):
+        wire.send(ReportComponentStatus(1).to(EVERYONE, source=OWN))
+    events = wire.events()
+    assert sum(isinstance(event, MessageReceived) for event in events) == 2 * each
+    refused = [event.reason for event in events if isinstance(event, DatagramRefused)]
+    assert refused == [f"more than {each} messages to more than one component in a second"] * 5
+
+
+def test_requests_for_events_of_everybody_are_answered_by_all_and_count(wire: Wire) -> None:
+    for _ in range(6):
+        wire.send(CancelEvent(1).to(EVERYONE, source=OWN))
+    assert len(wire.heard()) == 4 * 2
+    assert len([event for event in wire.events() if isinstance(event, DatagramRefused)]) == 2
 
 
 def test_what_there_is_no_room_for_is_not_even_encoded(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -199,16 +199,35 @@ def test_invented_addresses_do_not_lock_others_out() -> None:
 
 
 def test_there_is_room_for_who_is_preferred_where_there_is_none_for_others() -> None:
-    connections = ServiceConnections(REPORTS, max_clients=6, kept_free=2, max_clients_per_place=3)
-    strangers = [Client(JausAddress(2, number, 4, 1), number // 3) for number in range(9)]
-    preferred = [Client(JausAddress(3, number, 4, 1), 0) for number in range(3)]
+    """Another gives way, who is not preferred now, be it one who was before."""
+    connections = ServiceConnections(REPORTS, max_clients=4, max_clients_per_place=3)
+    strangers = [Client(JausAddress(2, number, 4, 1), number // 3) for number in range(6)]
+    first, second = (Client(JausAddress(3, number, 4, 1), 0) for number in range(2))
     answers = [connections.receive(create(), each, 0.0) for each in strangers]
-    assert [each.response for each in answers if each is not None] == [0] * 4 + [4] * 5
-    answers = [connections.receive(create(), each, 0.0, is_preferred=True) for each in preferred]
-    assert [each.response for each in answers if each is not None] == [0, 0, 4]
-    again = connections.receive(create(), preferred[0], 0.0)  # no longer preferred: he keeps what he has
-    assert again is not None
-    assert again.response == 0
+    assert [each.response for each in answers if each is not None] == [0] * 4 + [4] * 2
+
+    def response(client: Client, preferred: Client) -> int | None:
+        answer = connections.receive(create(), client, 0.0, prefers=lambda each: each == preferred)
+        return None if answer is None else answer.response
+
+    assert response(strangers[5], first) == 4
+    assert response(first, first) == 0
+    assert {each.client for each in connections} == {*strangers[1:4], first}
+    assert response(first, second) == 0  # no longer preferred: he keeps what he has for now
+    for number in range(4, 8):
+        newest = Client(JausAddress(3, number, 4, 1), 0)
+        assert response(newest, newest) == 0
+    assert len({each.client for each in connections}) == 4
+    assert first not in {each.client for each in connections}
+
+
+def test_who_is_preferred_gives_way_to_nobody() -> None:
+    connections = ServiceConnections(REPORTS, max_clients=2)
+    for number in range(3):
+        client = Client(JausAddress(2, number + 1, 4, 1), 0)
+        answer = connections.receive(create(), client, 0.0, prefers=lambda _: True)
+        assert answer is not None
+        assert answer.response == (0 if number < 2 else 4)
 
 
 def test_a_client_that_is_gone_is_forgotten() -> None:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from jaus.service_connection import Client
 
 MOST_AT_ONCE = 10_000
-"""A port reads no more datagrams than this at one look, and takes no more messages of them, so that a flood
-cannot keep the run from going on; further messages are refused."""
+"""A port reads no more datagrams than this at one look, and takes no more messages of them, each place its
+share, so that a flood neither keeps the run from going on nor mutes others; further messages are refused."""
 _MAX_WAITING = 8192
 """Datagrams to one peer between two looks: all reports of 254 vehicles at once, and as much again."""
 _MAX_PEERS = 512
@@ -125,16 +125,16 @@ class JausNetwork:
         for line in self._lines:
             datagrams = line.transport.receive(MOST_AT_ONCE)
             self.counts.datagrams_received += len(datagrams)
-            left, of_source = MOST_AT_ONCE, Counter[Hashable]()
+            of_source = Counter[Hashable]()
+            # Everybody gets the same share of what is taken at a look: a few cannot mute the others.
+            share = min(MOST_OF_ONE_PEER, MOST_AT_ONCE // max(1, len({source for _, source in datagrams})))
             for datagram, source in datagrams:
                 self._record(datagram, source, line.transport.place, now_s)
-                at_most = min(left, MOST_OF_ONE_PEER - of_source[source])
+                at_most = share - of_source[source]
                 if at_most <= 0:
                     self._count(DatagramRefused(source, "too many messages at once"))
                     continue
-                number = max(1, line.port.receive_datagram(datagram, source, now_s, at_most))
-                of_source[source] += number
-                left -= number
+                of_source[source] += max(1, line.port.receive_datagram(datagram, source, now_s, at_most))
                 yield from self._events_of(line.port)
 
     def send(self, message: Message, client: Client, number: int) -> None:

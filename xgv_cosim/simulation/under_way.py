@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 MOST_UNDER_WAY = 1024
 """So many messages of who controls a component of a car may be under way to it;
 further ones are refused."""
-MOST_UNDER_WAY_OF_ONE = 64
+MOST_UNDER_WAY_OF_ONE = 256
 """And of anybody else ..."""
-MOST_UNDER_WAY_OF_OTHERS = 512
+MOST_UNDER_WAY_OF_OTHERS = 1024
 """... and of all who control nothing: the room of who does is his own."""
 
 

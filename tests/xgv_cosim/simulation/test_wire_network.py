@@ -62,15 +62,18 @@ def test_the_end_of_a_datagram_that_is_too_many_is_refused() -> None:
     carry(loopback, Resume(), 1, "flood")
     assert len(list(network.receive(0.0))) == MOST_OF_ONE_PEER
     assert network.counts.refused == 2
-    assert network.counts.first_refusal == "flood: JUDP1 datagram: more than 2 messages"
+    assert network.counts.first_refusal == "flood: too many messages at once"
 
 
-def test_all_places_together_have_a_limit_too() -> None:
+def test_all_places_together_have_a_limit_too_and_each_its_share() -> None:
     network, loopback = network_of_one()
     for number in range(6):
         carry(loopback, Resume(), 2048, number)
-    assert len(list(network.receive(0.0))) == MOST_AT_ONCE
-    assert network.counts.first_refusal.endswith(("too many messages at once", "messages"))
+    carry(loopback, Resume(), 3, "other")
+    taken = [event.client.transport for event in network.receive(0.0)]
+    share = MOST_AT_ONCE // 7
+    assert [taken.count(place) for place in (*range(6), "other")] == [share] * 6 + [3]
+    assert network.counts.first_refusal == "0: too many messages at once"
 
 
 def test_datagrams_without_a_message_count_too(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,8 +40,8 @@ _PLACED_ACROSS = np.isin(np.arange(len(Way)), (Way.FREE, Way.LANE, Way.CAR_FOLLO
 """By ``Way``: whose shadow is cleared. Not of the mirrored: it would turn them, and free ones come before."""
 
 TELLING_STEPS = 10
-"""After so many steps at the latest SUMO is told again how far a vehicle is across its lane: it has the last
-word, and a script may have told it otherwise."""
+"""Every so many steps SUMO is told again how far a vehicle is across its lane, though that has not changed: a
+script may have told it otherwise. Counted by row, so it may take longer while others come and go."""
 _TURNED_RAD = 0.003
 """SUMO has a vehicle along its lane that is turned no further; with a lane change it turns by degrees."""
 

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 MAX_RATE_HZ = 100.0
 """Greatest rate of reports that is granted: once in each communication period of 10 ms."""
-KEPT_FOR_CONTROLLERS = 8
-"""So many clients of each component can always have reports who control the car, whoever else has them."""
 CORE_SERVICE = 0
 """Service type of what every component has."""
 NAMES = {
@@ -88,7 +86,7 @@ class XgvOnTheWire:
             reports,
             XgvReporter(readings),
             heartbeat_begin_s=now_s,
-            connections=partial(ServiceConnections, max_rate_hz=MAX_RATE_HZ, kept_free=KEPT_FOR_CONTROLLERS),
+            connections=partial(ServiceConnections, max_rate_hz=MAX_RATE_HZ),
             ignores=unknown_to(firmware),
         )
 
