@@ -76,7 +76,8 @@ MAX_BROADCAST_QUERIES_OF_ALL = 64
 MAX_BROADCAST_DELIVERIES = 4096
 """How often nodes take others of a peer in a second: a message that 16 nodes take counts sixteen times."""
 _MISSED_HEARTBEATS_S = 5.0
-_MAX_CLIENTS_KEPT = 512
+_MAX_CLIENTS_KEPT = 16
+"""Of a peer, at a time: most speak as one, and what many invent is to take no memory."""
 _NO_SENDER = frozenset({0, BROADCAST})
 """Parts of an address that nobody has."""
 _DESTINATION_BYTES, _SOURCE_BYTES = slice(4, 8), slice(8, 12)

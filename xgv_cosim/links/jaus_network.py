@@ -33,6 +33,8 @@ _MAX_WAITING = 8192
 """Datagrams to one peer between two looks: all reports of 254 vehicles at once, and as much again."""
 _MAX_PEERS = 512
 """Clients of a port, each vehicle's own and as many again."""
+_MAX_PARTS_SIZE = 1 << 17
+"""Bytes of large messages that are not whole, of all places: none that vehicles take is large."""
 MOST_OF_ONE_PEER = 4096
 """So many messages of one place are taken at one look, however many lie in a datagram; further ones are
 refused. A datagram without any counts as one."""
@@ -188,7 +190,16 @@ class JausNetwork:
         while len(self._lines) <= number:
             transport = self._open_transport(len(self._lines))
             self._lines.append(
-                _Line(Port((), peers=self._peers, max_waiting=_MAX_WAITING, max_peers=_MAX_PEERS), transport)
+                _Line(
+                    Port(
+                        (),
+                        peers=self._peers,
+                        max_waiting=_MAX_WAITING,
+                        max_peers=_MAX_PEERS,
+                        max_parts_size=_MAX_PARTS_SIZE,
+                    ),
+                    transport,
+                )
             )
         return self._lines[number]
 
