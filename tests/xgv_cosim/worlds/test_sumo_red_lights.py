@@ -26,24 +26,26 @@ STEP_S = 0.1
 COMPUTER, DRIVER_STEERS = (True, True), (True, False)
 
 
+ARMS = {"w": (-200, 0), "e": (200, 0), "s": (0, -200), "n": (0, 200)}
+
+
+def signalled_crossing(folder: Path, *ways: str) -> Path:
+    """Return a network of one-lane streets from or to a light in the middle, each named by its two ends."""
+    nodes = '<node id="c" x="0" y="0" type="traffic_light"/>' + "".join(
+        f'<node id="{name}" x="{x}" y="{y}" type="priority"/>'
+        for name, (x, y) in ARMS.items()
+        if any(name in way for way in ways)
+    )
+    edges = "".join(
+        f'<edge id="{way}" from="{way[0]}" to="{way[1]}" numLanes="1" speed="13.89"/>' for way in ways
+    )
+    return plain_network(folder, nodes, edges)
+
+
 @pytest.fixture
 def crossing(tmp_path: Path) -> Iterator[Callable[..., SumoWorld]]:
     """Return a maker of worlds with a crossing whose light is red for ``ego``, who comes from the west."""
-    nodes = "".join(
-        f'<node id="{name}" x="{x}" y="{y}" type="{kind}"/>'
-        for name, x, y, kind in (
-            ("w", -200, 0, "priority"),
-            ("c", 0, 0, "traffic_light"),
-            ("e", 200, 0, "priority"),
-            ("s", 0, -200, "priority"),
-            ("n", 0, 200, "priority"),
-        )
-    )
-    edges = "".join(
-        f'<edge id="{a}{b}" from="{a}" to="{b}" numLanes="1" speed="13.89"/>'
-        for a, b in (("w", "c"), ("c", "e"), ("s", "c"), ("c", "n"))
-    )
-    net = plain_network(tmp_path, nodes, edges)
+    net = signalled_crossing(tmp_path, "wc", "ce", "sc", "cn")
     made: list[SumoWorld] = []
 
     def make(coupling: CouplingKind, *options: str) -> SumoWorld:
@@ -136,20 +138,7 @@ def test_who_turns_across_yields_to_a_car_that_passes_the_light(
     tmp_path: Path, own: str, others: str
 ) -> None:
     """The light changes 40 m before the line; the car goes on, as a stack or a driver may."""
-    nodes = "".join(
-        f'<node id="{name}" x="{x}" y="{y}" type="{kind}"/>'
-        for name, x, y, kind in (
-            ("w", -200, 0, "priority"),
-            ("c", 0, 0, "traffic_light"),
-            ("e", 200, 0, "priority"),
-            ("s", 0, -200, "priority"),
-        )
-    )
-    ways = ("wc", "ce", "ec", "cw", "cs")
-    edges = "".join(
-        f'<edge id="{way}" from="{way[0]}" to="{way[1]}" numLanes="1" speed="13.89"/>' for way in ways
-    )
-    net = plain_network(tmp_path, nodes, edges)
+    net = signalled_crossing(tmp_path, "wc", "ce", "ec", "cw", "cs")
     cars = car("ego", 100, 12, route="wc ce", kind="xgv") + car("turns", 135, 8, route="ec cs")
     world = SumoWorld.headless(write_config(tmp_path, cars, net), step_s=STEP_S, seed=1)
     world.start()
